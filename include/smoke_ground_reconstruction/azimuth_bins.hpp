@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "smoke_ground_reconstruction/predicates.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// Equal bins of azimuth [a, b) around the vertical, the first beginning at +x, counter-clockwise.
+/// Serves the columns of a scan (0.4 deg) and the segments of the polar grid (10 deg).
+class AzimuthBins {
+ public:
+  /// \param width_deg  angle of a bin [deg]; must divide 360 into 4 to 36,000 bins (1e-6 relative).
+  /// \throws std::invalid_argument naming the width otherwise.
+  explicit AzimuthBins(double width_deg);
+
+  std::size_t count() const { return edges_.size(); }
+
+  /// Bin of the direction (x, y); the point on the axis (0, 0) is in bin 0. Decided by products
+  /// with the bin's edges (Direction), so the answer does not hang on the rounding of atan2.
+  std::size_t index(float x, float y) const;
+
+ private:
+  std::size_t estimate(double x, double y) const;
+
+  std::vector<Direction> edges_;
+  double bins_per_radian_;
+};
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+#include "smoke_ground_reconstruction/scan.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// Counts points of a scan within a radius: the one question the denoiser asks. Engines differ in
+/// how they propose candidates; all decide by squaredDistance() < radius^2.
+class NeighborCounter {
+ public:
+  virtual ~NeighborCounter() = default;
+
+  /// Number of valid points other than `index` whose squared distance to it is below
+  /// `squared_radius` [m^2]; counting may stop, and `limit` be returned, as soon as `limit` is
+  /// reached.
+  virtual std::size_t count(std::size_t index, double squared_radius, std::size_t limit) const = 0;
+};
+
+/// Makes a counter over all valid points of a scan. The scan must outlive it.
+using NeighborCounterFactory = std::function<std::unique_ptr<NeighborCounter>(const Scan&)>;
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "smoke_ground_reconstruction/floor_surface.hpp"
+#include "smoke_ground_reconstruction/scan.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// Occupancy of the cells around the sensor: floor where a surface point lies, wall where a wall
+/// point lies (wall wins in a shared cell), else unknown. Cells are aligned to multiples of the
+/// resolution in the level frame, so grids of successive scans match. Points beyond `max_range` of
+/// the sensor are left out: one stray return must not allocate a hall.
+/// \param walls  wall points in the sensor frame.
+/// \param resolution  edge of a cell [m], > 0.
+OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
+                        const Mounting& mounting, double resolution, double max_range = 50.0);
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "smoke_ground_reconstruction/azimuth_bins.hpp"
+#include "smoke_ground_reconstruction/scan_view.hpp"
+#include "smoke_ground_reconstruction/sensor_model.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// How the sensor is mounted: the rotation that levels the sensor frame (rows of R_level_sensor,
+/// +x forward, +z up) and the height of its origin above the floor [m].
+struct Mounting {
+  std::array<double, 9> rotation = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  double sensor_height = 0.70;
+
+  bool isLevel() const { return rotation == std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1}; }
+  /// Sensor frame to level frame; float32 in and out, the sums in double in the written order.
+  std::array<float, 3> toLevel(float x, float y, float z) const;
+  /// Level frame to sensor frame.
+  std::array<float, 3> toSensor(float x, float y, float z) const;
+};
+
+/// A scan laid out once for all stages: structure of arrays in input order, in the level frame.
+/// index i is the i-th input point everywhere.
+struct Scan {
+  std::vector<float> x, y, z, intensity;
+  std::vector<std::uint16_t> ring;
+  std::vector<std::uint8_t> valid;  ///< 1 where finite and not the zero point
+
+  /// Copies a view, rotating coordinates into the level frame.
+  explicit Scan(const ScanView& view, const Mounting& mounting = Mounting());
+
+  std::size_t size() const { return x.size(); }
+  ScanView view() const;
+};
+
+/// Is this a return? Finite and not (0, 0, 0).
+bool isReturn(float x, float y, float z);
+
+/// The points of some labels, column by column, each column from the lowest ring to the highest
+/// (ring order of the SensorModel; ties by point index).
+struct ScanColumns {
+  std::vector<std::uint32_t> order;  ///< point indices
+  std::vector<std::uint32_t>
+      column_begin;                 ///< column c is order[column_begin[c] .. column_begin[c+1])
+  std::vector<std::uint16_t> rank;  ///< per entry of `order`: rank of the point's ring
+
+  /// \param use  one flag per point of the scan: nonzero takes part. Points whose ring has no rank
+  ///             do not.
+  ScanColumns(const Scan& scan, const std::vector<std::uint8_t>& use, const AzimuthBins& columns,
+              const SensorModel& sensor);
+};
+
+}  // namespace smoke_ground_reconstruction
