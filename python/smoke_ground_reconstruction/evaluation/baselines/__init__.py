@@ -1,0 +1,1 @@
+"""Other people's denoisers and ground segmentations, to compare with."""
