@@ -14,8 +14,9 @@ enum class Provenance : std::uint8_t { kMeasured = 0, kReconstructed = 1, kMeasu
 enum class BoundaryKind : std::uint8_t { kWallSeen = 0, kWallInferred = 1, kLimitOfKnowledge = 2 };
 
 /// Closed counter-clockwise outline of the claimed floor in the sensor frame [m]; the last vertex
-/// joins the first. Empty where no floor is claimed.
-struct FloorBoundary {
+/// joins the first. Empty where no floor is claimed. (The message FloorBoundary is generated into
+/// this namespace, so the struct cannot bear its name.)
+struct FloorOutline {
   std::vector<std::array<float, 3>> vertices;
   std::vector<BoundaryKind> kinds;
 };
@@ -27,7 +28,7 @@ struct FloorSurface {
   std::vector<std::uint16_t> ring;
   std::vector<Provenance> provenance;
   std::vector<float> confidence;  ///< 0..1
-  FloorBoundary boundary;
+  FloorOutline boundary;
   std::array<double, 3> floor_plane = {0, 0, 0};  ///< a, b, c of z = a x + b y + c, sensor frame
 
   std::size_t size() const { return x.size(); }
