@@ -35,6 +35,7 @@ struct Scan {
   explicit Scan(const ScanView& view, const Mounting& mounting = Mounting());
 
   std::size_t size() const { return x.size(); }
+  std::array<float, 3> point(std::size_t i) const { return {x[i], y[i], z[i]}; }
   ScanView view() const;
 };
 

@@ -1,0 +1,27 @@
+# smoke_ground_add_library(NAME sources...): the library smoke_ground_reconstruction_NAME with the
+# project's flags and include directory, installed where catkin's rules say.
+function(smoke_ground_add_library name)
+  set(target ${PROJECT_NAME}_${name})
+  add_library(${target} SHARED ${ARGN})
+  target_include_directories(${target} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    $<INSTALL_INTERFACE:include>)
+  target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:smoke_ground_options>)
+  install(TARGETS ${target}
+    ARCHIVE DESTINATION ${SMOKE_GROUND_INSTALL_LIB}
+    LIBRARY DESTINATION ${SMOKE_GROUND_INSTALL_LIB})
+endfunction()
+
+# smoke_ground_add_gtest(NAME LIBRARIES... SOURCES...): one gtest program, under catkin's rules where
+# ROS is built (target `tests`, results in test_results/), else as a plain ctest.
+function(smoke_ground_add_gtest name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBRARIES" ${ARGN})
+  if(SMOKE_GROUND_ROS)
+    catkin_add_gtest(${name} ${ARG_SOURCES})
+    target_link_libraries(${name} ${ARG_LIBRARIES} smoke_ground_options)
+  else()
+    add_executable(${name} ${ARG_SOURCES})
+    target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} smoke_ground_options GTest::GTest)
+    add_test(NAME ${name} COMMAND ${name})
+  endif()
+endfunction()

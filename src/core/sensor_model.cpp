@@ -1,0 +1,130 @@
+#include "smoke_ground_reconstruction/sensor_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "smoke_ground_reconstruction/predicates.hpp"
+#include "smoke_ground_reconstruction/scan.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+/// Elevation tangents of the scan's returns, by ring number.
+std::vector<std::vector<double>> tangentsByRing(const ScanView& scan) {
+  std::vector<std::vector<double>> tangents;
+  for (std::size_t i = 0; i < scan.size; ++i) {
+    const float x = scan.x[i];
+    const float y = scan.y[i];
+    const float z = scan.z[i];
+    if (!isReturn(x, y, z) || (x == 0.0F && y == 0.0F)) continue;
+    const std::uint16_t ring = scan.ring[i];
+    if (ring == SensorModel::kNoRank) continue;
+    if (ring >= tangents.size()) tangents.resize(ring + 1U);
+    tangents[ring].push_back(static_cast<double>(z) / planarRange(x, y));
+  }
+  return tangents;
+}
+
+double lowerMedian(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>((values->size() - 1) / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return *middle;
+}
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kRingGap = 0.15 * kDegree;    // beams of known sensors are at least 0.33 deg apart
+constexpr double kWidestRing = 1.0 * kDegree;  // wider: beams ran together
+constexpr double kElevationStep = 0.5 * kDegree;  // where beams cannot be told apart
+constexpr std::uint16_t kMostRings = 256;
+
+struct Elevation {
+  double angle;
+  std::uint32_t index;
+};
+
+std::vector<Elevation> sortedElevations(const ScanView& scan) {
+  std::vector<Elevation> elevations;
+  elevations.reserve(scan.size);
+  for (std::uint32_t i = 0; i < scan.size; ++i) {
+    if (!isReturn(scan.x[i], scan.y[i], scan.z[i])) continue;
+    const double planar = planarRange(scan.x[i], scan.y[i]);
+    elevations.push_back({std::atan2(static_cast<double>(scan.z[i]), planar), i});
+  }
+  std::sort(elevations.begin(), elevations.end(), [](const Elevation& a, const Elevation& b) {
+    return a.angle != b.angle ? a.angle < b.angle : a.index < b.index;
+  });
+  return elevations;
+}
+
+/// Rings split at gaps; false where the beams cannot be told apart.
+bool splitAtGaps(const std::vector<Elevation>& sorted, std::vector<std::uint16_t>* rings) {
+  std::uint16_t ring = 0;
+  double begin = sorted.front().angle;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    if (i > 0 && sorted[i].angle - sorted[i - 1].angle > kRingGap) {
+      ++ring;
+      begin = sorted[i].angle;
+    }
+    if (ring >= kMostRings || sorted[i].angle - begin > kWidestRing) return false;
+    (*rings)[sorted[i].index] = ring;
+  }
+  return true;
+}
+
+void cutIntoSteps(const std::vector<Elevation>& sorted, std::vector<std::uint16_t>* rings) {
+  for (const Elevation& e : sorted) {
+    const double step = std::floor((e.angle - sorted.front().angle) / kElevationStep);
+    (*rings)[e.index] = static_cast<std::uint16_t>(step);
+  }
+}
+
+}  // namespace
+
+SensorModel SensorModel::fromElevations(const std::vector<double>& elevation_deg) {
+  SensorModel model;
+  for (const double elevation : elevation_deg) {
+    model.beams_.push_back(
+        {std::tan(elevation * kDegree), std::numeric_limits<std::size_t>::max()});
+  }
+  model.orderRings();
+  return model;
+}
+
+void SensorModel::observe(const ScanView& scan) {
+  auto tangents = tangentsByRing(scan);
+  if (tangents.size() > beams_.size()) beams_.resize(tangents.size());
+  bool changed = false;
+  for (std::size_t ring = 0; ring < tangents.size(); ++ring) {
+    if (tangents[ring].size() <= beams_[ring].points) continue;
+    beams_[ring] = {lowerMedian(&tangents[ring]), tangents[ring].size()};
+    changed = true;
+  }
+  if (changed) orderRings();
+}
+
+void SensorModel::orderRings() {
+  rings_by_elevation_.clear();
+  for (std::size_t ring = 0; ring < beams_.size(); ++ring) {
+    if (beams_[ring].points > 0) rings_by_elevation_.push_back(static_cast<std::uint16_t>(ring));
+  }
+  std::stable_sort(
+      rings_by_elevation_.begin(), rings_by_elevation_.end(),
+      [this](std::uint16_t a, std::uint16_t b) { return beams_[a].tangent < beams_[b].tangent; });
+  rank_of_ring_.assign(beams_.size(), kNoRank);
+  for (std::size_t rank = 0; rank < rings_by_elevation_.size(); ++rank) {
+    rank_of_ring_[rings_by_elevation_[rank]] = static_cast<std::uint16_t>(rank);
+  }
+}
+
+std::vector<std::uint16_t> ringsFromElevation(const ScanView& scan) {
+  std::vector<std::uint16_t> rings(scan.size, 0);
+  const auto sorted = sortedElevations(scan);
+  if (sorted.empty()) return rings;
+  if (!splitAtGaps(sorted, &rings)) cutIntoSteps(sorted, &rings);
+  return rings;
+}
+
+}  // namespace smoke_ground_reconstruction
