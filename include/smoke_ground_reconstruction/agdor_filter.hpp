@@ -47,7 +47,7 @@ class AgdorFilter {
   std::vector<Label> classify(const Scan& scan) const;
 
  private:
-  bool hasKeptDensity(std::size_t neighbors) const;
+  bool isDense(const NeighborCounter& counter, const Scan& scan, std::size_t index) const;
 
   AgdorParams params_;
   NeighborCounterFactory make_counter_;

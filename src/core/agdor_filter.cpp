@@ -1,0 +1,72 @@
+#include "smoke_ground_reconstruction/agdor_filter.hpp"
+
+#include <limits>
+#include <utility>
+
+#include "smoke_ground_reconstruction/predicates.hpp"
+#include "smoke_ground_reconstruction/window_counter.hpp"
+#include "validation.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+std::vector<std::uint32_t> candidates(const Scan& scan, double intensity_threshold) {
+  std::vector<std::uint32_t> low;
+  for (std::uint32_t i = 0; i < scan.size(); ++i) {
+    const bool is_low = static_cast<double>(scan.intensity[i]) < intensity_threshold;
+    if (scan.valid[i] != 0 && is_low) low.push_back(i);
+  }
+  return low;
+}
+
+}  // namespace
+
+double AgdorParams::radiusPerRange() const {
+  const double theta = theta_unit == ThetaUnit::kDegrees ? theta_deg : theta_deg * (M_PI / 180.0);
+  return alpha * theta;
+}
+
+void AgdorParams::validate() const {
+  require(intensity_threshold >= 0.0, "intensity_threshold", ">= 0", intensity_threshold);
+  require(alpha > 0.0, "alpha", "> 0", alpha);
+  require(theta_deg > 0.0, "theta_deg", "> 0", theta_deg);
+  require(min_neighbors >= 0, "min_neighbors", ">= 0", min_neighbors);
+  require(max_neighbors == 0 || max_neighbors > min_neighbors, "max_neighbors",
+          "0 (unlimited) or above min_neighbors", max_neighbors);
+}
+
+AgdorFilter::AgdorFilter(const AgdorParams& params, NeighborCounterFactory kdtree)
+    : params_(params), make_counter_(std::move(kdtree)) {
+  params_.validate();
+  if (params_.engine == DenoiserEngine::kWindow) {
+    make_counter_ = [k = params_.radiusPerRange()](const Scan& scan) {
+      return std::make_unique<WindowCounter>(scan, k);
+    };
+  }
+  require(static_cast<bool>(make_counter_), "engine", "window in a build without PCL", "kdtree");
+}
+
+std::vector<Label> AgdorFilter::classify(const Scan& scan) const {
+  std::vector<Label> labels(scan.size(), Label::kInvalid);
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (scan.valid[i] != 0) labels[i] = Label::kKept;
+  }
+  const auto low = candidates(scan, params_.intensity_threshold);
+  if (low.empty()) return labels;
+  const auto counter = make_counter_(scan);
+  for (const std::uint32_t i : low) {
+    if (!isDense(*counter, scan, i)) labels[i] = Label::kNoise;
+  }
+  return labels;
+}
+
+bool AgdorFilter::isDense(const NeighborCounter& counter, const Scan& scan, std::size_t i) const {
+  const double radius = params_.radiusPerRange() * range(scan.x[i], scan.y[i], scan.z[i]);
+  const auto more_than = static_cast<std::size_t>(params_.min_neighbors);
+  const auto at_most = params_.max_neighbors == 0 ? std::numeric_limits<std::size_t>::max()
+                                                  : static_cast<std::size_t>(params_.max_neighbors);
+  return counter.isBetween(i, radius * radius, more_than, at_most);
+}
+
+}  // namespace smoke_ground_reconstruction
