@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -26,7 +27,8 @@ struct WallClusteringParams {
 
 /// Are two points neighbours? squaredDistance < T^2 with
 /// T = cluster_tolerance + cluster_tolerance_per_range * min(range a, range b).
-bool areLinked(const WallClusteringParams& params, const Scan& scan, std::size_t a, std::size_t b);
+bool areLinked(const WallClusteringParams& params, const std::array<float, 3>& a,
+               const std::array<float, 3>& b);
 
 /// Connected components of the linked points: for each entry of `points` the number of its
 /// component, numbers in any order. Components are not yet judged by size.
