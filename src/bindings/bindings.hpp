@@ -1,0 +1,19 @@
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include "smoke_ground_reconstruction/pipeline.hpp"
+
+namespace smoke_ground_reconstruction {
+
+void bindScan(pybind11::module& m);
+void bindAgdorFilter(pybind11::module& m);
+void bindChannelSegmentation(pybind11::module& m);
+void bindWallClustering(pybind11::module& m);
+void bindPolarSegments(pybind11::module& m);
+void bindPipeline(pybind11::module& m);
+
+/// The engines of this build; empty without PCL.
+Engines availableEngines();
+
+}  // namespace smoke_ground_reconstruction

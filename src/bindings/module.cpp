@@ -1,0 +1,11 @@
+#include "bindings.hpp"
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "Compiled stages of smoke_ground_reconstruction.";
+  smoke_ground_reconstruction::bindScan(m);
+  smoke_ground_reconstruction::bindAgdorFilter(m);
+  smoke_ground_reconstruction::bindChannelSegmentation(m);
+  smoke_ground_reconstruction::bindWallClustering(m);
+  smoke_ground_reconstruction::bindPolarSegments(m);
+  smoke_ground_reconstruction::bindPipeline(m);
+}
