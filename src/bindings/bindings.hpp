@@ -12,6 +12,9 @@ void bindChannelSegmentation(pybind11::module& m);
 void bindWallClustering(pybind11::module& m);
 void bindPolarSegments(pybind11::module& m);
 void bindPipeline(pybind11::module& m);
+#ifdef SMOKE_GROUND_HAVE_PCL
+void bindPcd(pybind11::module& m);
+#endif
 
 /// The engines of this build; empty without PCL.
 Engines availableEngines();

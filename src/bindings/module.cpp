@@ -8,4 +8,7 @@ PYBIND11_MODULE(_core, m) {
   smoke_ground_reconstruction::bindWallClustering(m);
   smoke_ground_reconstruction::bindPolarSegments(m);
   smoke_ground_reconstruction::bindPipeline(m);
+#ifdef SMOKE_GROUND_HAVE_PCL
+  smoke_ground_reconstruction::bindPcd(m);
+#endif
 }
