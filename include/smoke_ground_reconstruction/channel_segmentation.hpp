@@ -12,7 +12,7 @@ namespace smoke_ground_reconstruction {
 enum class RangeStepRule {
   kMinimum,     ///< at least min_range_step: the thesis's feature against smoke
   kIncreasing,  ///< more than zero: the original method (Chu et al. 2017)
-  kOff,
+  kAny,         ///< no test
 };
 
 /// Which point of a passing pair gets the label.
@@ -29,7 +29,7 @@ struct ChannelSegmentationParams {
   double min_wall_angle_deg = 60.0;
   double max_wall_angle_deg = 120.0;
   double max_wall_step_height = 0.0;  ///< |dz| of a wall pair [m]; 0: unlimited
-  RangeStepRule wall_range_step = RangeStepRule::kOff;
+  RangeStepRule wall_range_step = RangeStepRule::kAny;
   bool wall_relative_margin = true;        ///< apply relative_distance_margin to wall pairs
   double min_range_step = 0.03;            ///< of RangeStepRule::kMinimum [m]
   double relative_distance_margin = 0.15;  ///< largest |r(i+1) - r(i)| / r(i) of a pair

@@ -23,7 +23,7 @@ struct EnumNames<DenoiserEngine> {
 };
 template <>
 struct EnumNames<RangeStepRule> {
-  static constexpr std::array<const char*, 3> kNames = {"minimum", "increasing", "off"};
+  static constexpr std::array<const char*, 3> kNames = {"minimum", "increasing", "any"};
 };
 template <>
 struct EnumNames<LabelPoint> {

@@ -36,7 +36,7 @@ struct PairTest {
   }
   bool rangeStepHolds(const Pair& pair) const {
     if (range_step == RangeStepRule::kMinimum) return pair.range_step >= min_range_step;
-    return range_step == RangeStepRule::kOff || pair.range_step > 0.0;
+    return range_step == RangeStepRule::kAny || pair.range_step > 0.0;
   }
   bool marginHolds(const Pair& pair) const {
     return relative_margin == 0.0 ||
