@@ -7,11 +7,14 @@
 
 namespace smoke_ground_reconstruction {
 
+/// Does an angle [deg] divide 360 into 4 to 36,000 bins (1e-6 relative)?
+bool dividesCircle(double width_deg);
+
 /// Equal bins of azimuth [a, b) around the vertical, the first beginning at +x, counter-clockwise.
 /// Serves the columns of a scan (0.4 deg) and the segments of the polar grid (10 deg).
 class AzimuthBins {
  public:
-  /// \param width_deg  angle of a bin [deg]; must divide 360 into 4 to 36,000 bins (1e-6 relative).
+  /// \param width_deg  angle of a bin [deg]; dividesCircle().
   /// \throws std::invalid_argument naming the width otherwise.
   explicit AzimuthBins(double width_deg);
 

@@ -6,11 +6,14 @@
 
 namespace smoke_ground_reconstruction {
 
-AzimuthBins::AzimuthBins(double width_deg) {
+bool dividesCircle(double width_deg) {
   const double bins = std::round(360.0 / width_deg);
-  const bool divides = width_deg > 0.0 && std::fabs(bins * width_deg - 360.0) <= 360.0 * 1e-6;
-  require(divides && bins >= 4.0 && bins <= 36000.0, "the width of an azimuth bin",
-          "a divisor of 360 deg from 0.01 to 90", width_deg);
+  return bins >= 4.0 && bins <= 36000.0 && std::fabs(bins * width_deg - 360.0) <= 360.0 * 1e-6;
+}
+
+AzimuthBins::AzimuthBins(double width_deg) {
+  require(dividesCircle(width_deg), "the width of an azimuth bin", kCircleDivisor, width_deg);
+  const double bins = std::round(360.0 / width_deg);
   const auto count = static_cast<std::size_t>(bins);
   edges_.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {

@@ -116,6 +116,7 @@ void requireWindow(const std::string& name, double from_deg, double to_deg) {
 }  // namespace
 
 void ChannelSegmentationParams::validate() const {
+  require(dividesCircle(column_width_deg), "column_width_deg", kCircleDivisor, column_width_deg);
   requireWindow("ground_angle_deg", min_ground_angle_deg, max_ground_angle_deg);
   requireWindow("wall_angle_deg", min_wall_angle_deg, max_wall_angle_deg);
   require(max_ground_step_height >= 0.0, "max_ground_step_height", ">= 0", max_ground_step_height);
@@ -126,9 +127,7 @@ void ChannelSegmentationParams::validate() const {
 }
 
 ChannelSegmentation::ChannelSegmentation(const ChannelSegmentationParams& params)
-    : params_(params), columns_(params.column_width_deg) {
-  params_.validate();
-}
+    : params_(validated(params)), columns_(params.column_width_deg) {}
 
 std::vector<Label> ChannelSegmentation::classify(const Scan& scan, const std::vector<Label>& labels,
                                                  const SensorModel& sensor) const {

@@ -192,8 +192,9 @@ std::array<double, 3> levelPlane(const Mounting& mounting) {
 }  // namespace
 
 void PolarSegmentsParams::validate() const {
-  require(horizontal_resolution_deg > 0.0 && horizontal_resolution_deg <= segment_angle_deg,
-          "horizontal_resolution_deg", "> 0 and at most segment_angle_deg",
+  require(dividesCircle(segment_angle_deg), "segment_angle_deg", kCircleDivisor, segment_angle_deg);
+  require(horizontal_resolution_deg >= 0.01 && horizontal_resolution_deg <= segment_angle_deg,
+          "horizontal_resolution_deg", "at least 0.01 and at most segment_angle_deg",
           horizontal_resolution_deg);
   require(reconstruction_gain >= 0.0, "reconstruction_gain", ">= 0", reconstruction_gain);
   require(min_wall_points >= 1, "min_wall_points", ">= 1", min_wall_points);
@@ -204,9 +205,7 @@ void PolarSegmentsParams::validate() const {
 }
 
 PolarSegments::PolarSegments(const PolarSegmentsParams& params)
-    : params_(params), bins_(params.segment_angle_deg) {
-  params_.validate();
-}
+    : params_(validated(params)), bins_(params.segment_angle_deg) {}
 
 std::vector<PolarSegment> PolarSegments::segments(const Scan& ground, const Scan& walls,
                                                   const SensorModel& sensor,
