@@ -30,15 +30,16 @@ std::vector<double> azimuthsOf(double begin_deg, double width_deg, double step_d
   return azimuths;
 }
 
-/// Step 1: minima over the wall points of each segment, each on its own.
+/// Step 1: minima over the wall points of each segment, each on its own. Points whose ring has no
+/// rank are left out.
 void addWalls(const Scan& walls, const SensorModel& sensor, const AzimuthBins& bins,
               WallDistance distance, std::vector<PolarSegment>* segments) {
   for (std::size_t i = 0; i < walls.size(); ++i) {
-    if (walls.valid[i] == 0) continue;
+    const std::size_t rank = sensor.rank(walls.ring[i]);
+    if (walls.valid[i] == 0 || rank == SensorModel::kNoRank) continue;
     PolarSegment& segment = (*segments)[bins.index(walls.x[i], walls.y[i])];
     const double d = distance == WallDistance::kRange ? range(walls.x[i], walls.y[i], walls.z[i])
                                                       : planarRange(walls.x[i], walls.y[i]);
-    const std::size_t rank = sensor.rank(walls.ring[i]);
     const bool is_first = segment.wall_points++ == 0;
     segment.lowest_z = is_first ? walls.z[i] : std::min(segment.lowest_z, walls.z[i]);
     segment.min_distance = is_first ? d : std::min(segment.min_distance, d);
@@ -68,7 +69,7 @@ double adjustedZ(const PolarSegmentsParams& params, const PolarSegment& segment,
 
 /// Share of a segment's azimuth steps in which a wall point was seen, per segment.
 std::vector<float> wallSupport(const Scan& walls, std::size_t segment_count, double steps) {
-  const auto steps_per_segment = static_cast<std::size_t>(std::max(1.0, std::round(steps)));
+  const auto steps_per_segment = static_cast<std::size_t>(std::max(1.0, std::floor(steps + 1e-9)));
   const AzimuthBins bins(360.0 / static_cast<double>(segment_count * steps_per_segment));
   std::vector<char> seen(bins.count(), 0);
   for (std::size_t i = 0; i < walls.size(); ++i) {

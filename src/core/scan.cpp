@@ -86,7 +86,7 @@ ScanColumns::ScanColumns(const Scan& scan, const std::vector<std::uint8_t>& use,
   std::vector<std::uint32_t> used;
   used.reserve(scan.size());
   for (std::uint32_t i = 0; i < scan.size(); ++i) {
-    if (use[i] == 0) continue;
+    if (use[i] == 0 || scan.valid[i] == 0) continue;
     point_rank[i] = sensor.rank(scan.ring[i]);
     if (point_rank[i] == SensorModel::kNoRank) continue;
     point_column[i] = static_cast<std::uint32_t>(columns.index(scan.x[i], scan.y[i]));

@@ -71,10 +71,10 @@ double longestLink(const WallClusteringParams& params, const Scan& scan,
   return (params.cluster_tolerance + params.cluster_tolerance_per_range * farthest) * (1.0 + 1e-9);
 }
 
-std::vector<std::uint32_t> wallPoints(const std::vector<Label>& labels) {
+std::vector<std::uint32_t> wallPoints(const Scan& scan, const std::vector<Label>& labels) {
   std::vector<std::uint32_t> walls;
   for (std::uint32_t i = 0; i < labels.size(); ++i) {
-    if (labels[i] == Label::kWall) walls.push_back(i);
+    if (labels[i] == Label::kWall && scan.valid[i] != 0) walls.push_back(i);
   }
   return walls;
 }
@@ -134,7 +134,7 @@ WallClustering::WallClustering(const WallClusteringParams& params, ComponentFind
 std::vector<std::uint32_t> WallClustering::cluster(const Scan& scan,
                                                    const std::vector<Label>& labels) const {
   std::vector<std::uint32_t> clusters(scan.size(), kNoCluster);
-  const auto points = wallPoints(labels);
+  const auto points = wallPoints(scan, labels);
   if (points.empty()) return clusters;
   const auto component = find_components_(params_, scan, points);
 
