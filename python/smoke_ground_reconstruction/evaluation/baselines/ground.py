@@ -39,12 +39,7 @@ def patchworkpp(xyz, intensity, sensor_height, min_range=0.3, max_range=20.0):
     Raises:
         BaselineUnavailableError: the package is not installed.
     """
-    try:
-        import pypatchworkpp
-    except ImportError as error:
-        raise BaselineUnavailableError(
-            "Patchwork++ is not installed: pip install pypatchworkpp"
-        ) from error
+    pypatchworkpp = require_patchworkpp()
     parameters = pypatchworkpp.Parameters()
     parameters.sensor_height = float(sensor_height)
     parameters.min_range = float(min_range)
@@ -55,3 +50,18 @@ def patchworkpp(xyz, intensity, sensor_height, min_range=0.3, max_range=20.0):
     ground = np.zeros(len(cloud), dtype=bool)
     ground[np.asarray(estimator.getGroundIndices(), dtype=np.int64).ravel()] = True
     return ground
+
+
+def require_patchworkpp():
+    """The module pypatchworkpp.
+
+    Raises:
+        BaselineUnavailableError: it is not installed.
+    """
+    try:
+        import pypatchworkpp
+    except ImportError as error:
+        raise BaselineUnavailableError(
+            "Patchwork++ is not installed: pip install pypatchworkpp"
+        ) from error
+    return pypatchworkpp
