@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include "bindings.hpp"
+
 namespace py = pybind11;
 
 namespace smoke_ground_reconstruction {

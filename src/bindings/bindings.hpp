@@ -14,6 +14,8 @@ void bindPolarSegments(pybind11::module& m);
 void bindPipeline(pybind11::module& m);
 #ifdef SMOKE_GROUND_HAVE_PCL
 void bindPcd(pybind11::module& m);
+/// PCL's own filters, to compare with.
+void bindBaselines(pybind11::module& m);
 #endif
 
 /// The engines of this build; empty without PCL.

@@ -10,5 +10,6 @@ PYBIND11_MODULE(_core, m) {
   smoke_ground_reconstruction::bindPipeline(m);
 #ifdef SMOKE_GROUND_HAVE_PCL
   smoke_ground_reconstruction::bindPcd(m);
+  smoke_ground_reconstruction::bindBaselines(m);
 #endif
 }

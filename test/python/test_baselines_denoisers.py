@@ -144,3 +144,13 @@ def test_aori_kernel_wraps_at_the_ends_of_the_image():
         xyz, np.zeros(3), np.zeros(3, int), half_columns=1, half_rings=0, min_neighbors=1
     )
     assert keep.all()
+
+
+@needs_pcl
+def test_agdor_is_the_packages_own_with_its_parameters():
+    """Three faint points together and one alone, 3 m away: radius 0.2 * 3 m."""
+    xyz = np.vstack([line(3, 0.1, (3, 0, 0)), [[-3, 0, 0]]])
+    keep = denoisers.agdor(xyz, np.zeros(4), None, min_neighbors=1)
+    assert keep.tolist() == [True, True, True, False]
+    with pytest.raises(ValueError, match="AGDOR has no parameter 'radius'"):
+        denoisers.agdor(xyz, np.zeros(4), None, radius=0.1)

@@ -14,6 +14,27 @@ def intensity_threshold(xyz, intensity, ring, threshold=25.0):
     return np.asarray(intensity) >= threshold
 
 
+def agdor(xyz, intensity, ring, **parameters):
+    """The package's own AGDOR (thesis Algorithm 1), with Table A.1's parameters unless changed.
+
+    Args:
+        parameters: fields of params.AgdorParams.
+
+    Raises:
+        ValueError: a bad parameter.
+    """
+    from smoke_ground_reconstruction._core import AgdorFilter, AgdorParams
+    from smoke_ground_reconstruction.reference.label import Label
+
+    compiled = AgdorParams()
+    for name, value in parameters.items():
+        if not hasattr(compiled, name):
+            raise ValueError(f"AGDOR has no parameter '{name}'")
+        setattr(compiled, name, value)
+    intensity = np.ascontiguousarray(intensity, dtype=np.float32)
+    return AgdorFilter(compiled).classify(_points(xyz), intensity) == Label.KEPT
+
+
 def ror(xyz, intensity, ring, radius=0.1, min_neighbors=5):
     """Radius outlier removal: keep points with min_neighbors others within the radius [m].
 
