@@ -54,6 +54,11 @@ inline bool isAtOrAfter(const Direction& edge, double u, double v) {
   return edge.cosine * v >= edge.sine * u;
 }
 
+/// True where (u, v) lies less than a quarter turn from `direction`.
+inline bool isAhead(const Direction& direction, double u, double v) {
+  return direction.cosine * u + direction.sine * v > 0.0;
+}
+
 /// Closed window of angles [from, to], less than half a turn wide, decided by comparing products.
 struct AngleWindow {
   Direction from;
@@ -65,8 +70,9 @@ struct AngleWindow {
 
   /// Is the angle of the vector (u, v) in the window? A zero vector has no angle: false.
   bool contains(double u, double v) const {
-    if (u == 0.0 && v == 0.0) return false;
-    return isAtOrAfter(from, u, v) && to.cosine * v <= to.sine * u;
+    // The products alone would take the opposite of a window without width for the window itself.
+    return isAtOrAfter(from, u, v) && to.cosine * v <= to.sine * u &&
+           (isAhead(from, u, v) || isAhead(to, u, v));
   }
 };
 

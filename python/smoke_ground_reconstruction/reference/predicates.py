@@ -62,6 +62,11 @@ def is_at_or_after(cosine, sine, u, v):
     return cosine * v >= sine * u
 
 
+def is_ahead(direction, u, v):
+    """True where (u, v) lies less than a quarter turn from a Direction."""
+    return direction.cosine * u + direction.sine * v > 0.0
+
+
 class AngleWindow(NamedTuple):
     """Closed window of angles, less than half a turn wide, decided by comparing products."""
 
@@ -77,4 +82,5 @@ class AngleWindow(NamedTuple):
         """Is the angle of the vector (u, v) in the window? A zero vector has no angle: False."""
         after_start = is_at_or_after(self.start.cosine, self.start.sine, u, v)
         before_end = self.end.cosine * v <= self.end.sine * u
-        return after_start & before_end & ((u != 0.0) | (v != 0.0))
+        # The products alone would take the opposite of a window without width for the window.
+        return after_start & before_end & (is_ahead(self.start, u, v) | is_ahead(self.end, u, v))
