@@ -53,7 +53,8 @@ class AgdorParams:
         _check_whole(self, "max_neighbors", 0)
         _check_choice(self, "engine", DENOISER_ENGINES)
         has_room = self.max_neighbors == 0 or self.max_neighbors > self.min_neighbors
-        _require(has_room, self, "max_neighbors", "0 (unlimited) or above min_neighbors")
+        rule = "0 (unlimited) or above min_neighbors"
+        _require(has_room, "max_neighbors", rule, self.max_neighbors)
 
 
 @dataclass
@@ -110,7 +111,7 @@ class WallClusteringParams:
         _check_choice(self, "cluster_engine", CLUSTER_ENGINES)
         has_room = self.max_cluster_size == 0 or self.max_cluster_size >= self.min_cluster_size
         rule = "0 (unlimited) or at least min_cluster_size"
-        _require(has_room, self, "max_cluster_size", rule)
+        _require(has_room, "max_cluster_size", rule, self.max_cluster_size)
 
 
 @dataclass
@@ -138,16 +139,17 @@ class PolarSegmentsParams:
     def validate(self) -> None:
         """Raise ValueError naming the parameter, its value and what it may be."""
         _check_divides_circle(self, "segment_angle_deg")
-        _check_number(self, "horizontal_resolution_deg")
-        fits = 0.01 <= self.horizontal_resolution_deg <= self.segment_angle_deg
+        step = self.horizontal_resolution_deg
+        _require_number("horizontal_resolution_deg", step)
         rule = "at least 0.01 and at most segment_angle_deg"
-        _require(fits, self, "horizontal_resolution_deg", rule)
+        fits = 0.01 <= step <= self.segment_angle_deg
+        _require(fits, "horizontal_resolution_deg", rule, step)
         _check_at_least(self, "reconstruction_gain", 0.0)
         _check_whole(self, "min_wall_points", 1)
         _check_at_least(self, "height_difference_threshold", 0.0)
-        _check_number(self, "max_elevation_angle_deg")
-        is_slope = 0.0 <= self.max_elevation_angle_deg < 90.0
-        _require(is_slope, self, "max_elevation_angle_deg", "from 0 to below 90")
+        slope = self.max_elevation_angle_deg
+        _require_number("max_elevation_angle_deg", slope)
+        _require(0.0 <= slope < 90.0, "max_elevation_angle_deg", "from 0 to below 90", slope)
         _check_choice(self, "wall_distance", WALL_DISTANCES)
 
 
@@ -244,65 +246,68 @@ def _refuse_unknown(kind: str, values, known) -> None:
             raise ValueError(f"unknown {kind}: {name} (known: {', '.join(known)})")
 
 
-def _require(holds: bool, params, name: str, rule: str) -> None:
-    if holds:
-        return
-    value = getattr(params, name)
-    raise ValueError(f"{name} must be {rule}, is {_shown(value)}")
-
-
-def _shown(value) -> str:
-    return f"{value:g}" if _is_number(value) else str(value)
+def _require(holds: bool, name: str, rule: str, value) -> None:
+    if not holds:
+        shown = f"{value:g}" if _is_number(value) else str(value)
+        raise ValueError(f"{name} must be {rule}, is {shown}")
 
 
 def _is_number(value) -> bool:
     return isinstance(value, numbers.Real) and not isinstance(value, bool)
 
 
-def _check_number(params, name: str) -> None:
-    value = getattr(params, name)
-    _require(_is_number(value) and math.isfinite(value), params, name, "a finite number")
+def _require_number(name: str, value) -> None:
+    _require(_is_number(value) and math.isfinite(value), name, "a finite number", value)
 
 
 def _check_above(params, name: str, limit: float) -> None:
-    _check_number(params, name)
-    _require(getattr(params, name) > limit, params, name, f"> {limit:g}")
+    value = getattr(params, name)
+    _require_number(name, value)
+    _require(value > limit, name, f"> {limit:g}", value)
 
 
 def _check_at_least(params, name: str, limit: float) -> None:
-    _check_number(params, name)
-    _require(getattr(params, name) >= limit, params, name, f">= {limit:g}")
+    value = getattr(params, name)
+    _require_number(name, value)
+    _require(value >= limit, name, f">= {limit:g}", value)
 
 
 def _check_whole(params, name: str, limit: int) -> None:
     value = getattr(params, name)
     is_whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
-    _require(is_whole and value <= _INT_MAX, params, name, "a whole number of at most 2147483647")
-    _require(value >= limit, params, name, f">= {limit}")
+    _require(is_whole and value <= _INT_MAX, name, "a whole number of at most 2147483647", value)
+    _require(value >= limit, name, f">= {limit}", value)
 
 
 def _check_switch(params, name: str) -> None:
-    _require(isinstance(getattr(params, name), bool), params, name, "true or false")
+    value = getattr(params, name)
+    _require(isinstance(value, bool), name, "true or false", value)
 
 
 def _check_choice(params, name: str, choices) -> None:
-    _require(getattr(params, name) in choices, params, name, f"one of {', '.join(choices)}")
+    value = getattr(params, name)
+    _require(value in choices, name, f"one of {', '.join(choices)}", value)
 
 
 def _check_angle_window(params, from_name: str, to_name: str) -> None:
-    _check_number(params, from_name)
-    _check_number(params, to_name)
     start, end = getattr(params, from_name), getattr(params, to_name)
+    _require_number(from_name, start)
+    _require_number(to_name, end)
     rule = f"at least -180 and at most {to_name}"
-    _require(-180.0 <= start <= end, params, from_name, rule)
+    _require(-180.0 <= start <= end, from_name, rule, start)
     rule = f"at most 180 and less than 180 above {from_name}"
-    _require(end <= 180.0 and end - start < 180.0, params, to_name, rule)
+    _require(end <= 180.0 and end - start < 180.0, to_name, rule, end)
 
 
 def _check_divides_circle(params, name: str) -> None:
-    _check_number(params, name)
-    holds = divides_circle(getattr(params, name))
-    _require(holds, params, name, "a divisor of 360 deg from 0.01 to 90")
+    require_divides_circle(name, getattr(params, name))
+
+
+def require_divides_circle(name: str, width_deg: float) -> None:
+    """Raise ValueError unless ``width_deg`` is an angle that :func:`divides_circle`."""
+    _require_number(name, width_deg)
+    rule = "a divisor of 360 deg from 0.01 to 90"
+    _require(divides_circle(width_deg), name, rule, width_deg)
 
 
 def divides_circle(width_deg: float) -> bool:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..params import divides_circle
+from ..params import require_divides_circle
 from .predicates import Direction, is_at_or_after
 
 
@@ -22,9 +22,7 @@ class AzimuthBins:
     """
 
     def __init__(self, width_deg: float):
-        if not divides_circle(width_deg):
-            rule = "a divisor of 360 deg from 0.01 to 90"
-            raise ValueError(f"the width of an azimuth bin must be {rule}, is {width_deg:g}")
+        require_divides_circle("the width of an azimuth bin", width_deg)
         self._count = round(360.0 / width_deg)
         edges = [Direction.from_degrees(i * 360.0 / self._count) for i in range(self._count)]
         self._cosine = np.array([edge.cosine for edge in edges])

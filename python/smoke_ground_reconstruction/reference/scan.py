@@ -46,7 +46,8 @@ class Mounting:
 def _rotated(matrix, xyz):
     # Not xyz @ matrix.T: the order of the sums is part of the contract.
     x, y, z = (xyz[:, axis].astype(np.float64) for axis in range(3))
-    rows = [(row[0] * x + row[1] * y) + row[2] * z for row in matrix]
+    with np.errstate(invalid="ignore"):  # points without a return may be infinite
+        rows = [(row[0] * x + row[1] * y) + row[2] * z for row in matrix]
     return np.stack(rows, axis=1).astype(np.float32)
 
 
