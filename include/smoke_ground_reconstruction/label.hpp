@@ -6,7 +6,7 @@ namespace smoke_ground_reconstruction {
 
 /// What a stage says of one input point. The values are part of the Python interface.
 enum class Label : std::uint8_t {
-  kInvalid = 0,  ///< non-finite, or the zero point that drivers send where nothing returned
+  kInvalid = 0,  ///< no return: isReturn() of scan.hpp
   kKept = 1,     ///< survived denoising; in the segmenter's answer: neither ground nor wall
   kNoise = 2,    ///< removed by the denoiser
   kGround = 3,

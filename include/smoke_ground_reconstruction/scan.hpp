@@ -29,7 +29,7 @@ struct Mounting {
 struct Scan {
   std::vector<float> x, y, z, intensity;
   std::vector<std::uint16_t> ring;
-  std::vector<std::uint8_t> valid;  ///< 1 where finite and not the zero point
+  std::vector<std::uint8_t> valid;  ///< 1 where isReturn() in the sensor frame
 
   /// Copies a view, rotating coordinates into the level frame.
   explicit Scan(const ScanView& view, const Mounting& mounting = Mounting());
@@ -39,7 +39,11 @@ struct Scan {
   ScanView view() const;
 };
 
-/// Is this a return? Finite and not (0, 0, 0).
+/// Largest coordinate of a return [m]. No LiDAR ranges so far: it is garbage, of which squares in
+/// single precision, grids and rotations would make infinities.
+constexpr float kFarthestReturn = 1e6F;
+
+/// Is this a return? Finite, no coordinate beyond kFarthestReturn, and not (0, 0, 0).
 bool isReturn(float x, float y, float z);
 
 /// The points of some labels, column by column, each column from the lowest ring to the highest

@@ -41,8 +41,10 @@ std::array<float, 3> Mounting::toSensor(float x, float y, float z) const {
 }
 
 bool isReturn(float x, float y, float z) {
-  return std::isfinite(x) && std::isfinite(y) && std::isfinite(z) &&
-         !(x == 0.0F && y == 0.0F && z == 0.0F);
+  // False for NaN as well.
+  const bool is_in_reach = std::fabs(x) <= kFarthestReturn && std::fabs(y) <= kFarthestReturn &&
+                           std::fabs(z) <= kFarthestReturn;
+  return is_in_reach && !(x == 0.0F && y == 0.0F && z == 0.0F);
 }
 
 Scan::Scan(const ScanView& view, const Mounting& mounting)

@@ -10,10 +10,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+#: Largest coordinate of a return [m]. No LiDAR ranges so far: it is garbage, of which squares in
+#: single precision, grids and rotations would make infinities.
+FARTHEST_RETURN = 1e6
+
 
 def is_return(xyz):
-    """Is each (N, 3) point a return: finite and not (0, 0, 0)? Returns bool (N,)."""
-    return np.isfinite(xyz).all(axis=1) & (xyz != 0.0).any(axis=1)
+    """Is each (N, 3) point a return? Returns bool (N,).
+
+    Finite, no coordinate beyond `FARTHEST_RETURN`, and not (0, 0, 0).
+    """
+    in_reach = (np.abs(xyz) <= FARTHEST_RETURN).all(axis=1)  # False for NaN as well
+    return in_reach & (xyz != 0.0).any(axis=1)
 
 
 def squared_distance(a, b):

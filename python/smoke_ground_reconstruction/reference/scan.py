@@ -87,7 +87,7 @@ class Scan:
     xyz, intensity, ring
         As in the view, `xyz` in the level frame.
     valid : (N,) bool
-        Finite and not the zero point.
+        `is_return` in the sensor frame.
     """
 
     def __init__(self, view: ScanView, mounting=None):
