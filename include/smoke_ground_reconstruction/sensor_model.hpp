@@ -19,6 +19,7 @@ class SensorModel {
 
   /// Known beams: `elevation_deg[ring]` [deg] about the sensor's xy plane. Never overruled by
   /// scans.
+  /// \throws std::invalid_argument on an elevation not within +-90 deg, or above 65535 beams.
   static SensorModel fromElevations(const std::vector<double>& elevation_deg);
 
   /// Learns the elevation of each ring in the scan: the lower median of z / planar range of its
@@ -50,7 +51,6 @@ class SensorModel {
   std::vector<Beam> beams_;  // by ring number
   std::vector<std::uint16_t> rings_by_elevation_;
   std::vector<std::uint16_t> rank_of_ring_;
-  bool is_known_ = false;
 };
 
 /// Ring numbers for a cloud whose driver sends none: points are grouped by elevation, ring 0 the

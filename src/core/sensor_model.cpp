@@ -7,6 +7,7 @@
 
 #include "smoke_ground_reconstruction/predicates.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
+#include "validation.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -84,8 +85,12 @@ void cutIntoSteps(const std::vector<Elevation>& sorted, std::vector<std::uint16_
 }  // namespace
 
 SensorModel SensorModel::fromElevations(const std::vector<double>& elevation_deg) {
+  require(elevation_deg.size() <= kNoRank, "the number of beams", "at most 65535",
+          elevation_deg.size());
   SensorModel model;
   for (const double elevation : elevation_deg) {
+    require(std::fabs(elevation) < 90.0, "the elevation of a beam", "within -90 and 90 deg",
+            elevation);
     model.beams_.push_back(
         {std::tan(elevation * kDegree), std::numeric_limits<std::size_t>::max()});
   }

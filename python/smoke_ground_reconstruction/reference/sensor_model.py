@@ -30,9 +30,16 @@ class SensorModel:
 
     @classmethod
     def from_elevations(cls, elevation_deg) -> "SensorModel":
-        """Known beams: ``elevation_deg[ring]`` about the sensor's xy plane; never overruled."""
+        """Known beams: ``elevation_deg[ring]`` about the sensor's xy plane; never overruled.
+
+        Raises ValueError on an elevation not within +-90 deg, or above 65535 beams.
+        """
         sensor = cls()
         angles = np.asarray(elevation_deg, np.float64)
+        if len(angles) > cls.NO_RANK:
+            raise ValueError(f"the number of beams must be at most 65535, is {len(angles)}")
+        for angle in angles[~(np.abs(angles) < 90.0)]:
+            raise ValueError(f"the elevation of a beam must be within -90 and 90 deg, is {angle}")
         sensor._tangent = np.array([math.tan(a * _DEGREE) for a in angles])
         sensor._points = np.full(len(angles), np.iinfo(np.int64).max)
         sensor._order_rings()
@@ -49,7 +56,7 @@ class SensorModel:
         """
         xyz, ring = view.xyz, view.ring.astype(np.int64)
         is_off_axis = (xyz[:, 0] != 0.0) | (xyz[:, 1] != 0.0)
-        tells = np.isfinite(xyz).all(axis=1) & is_off_axis & (ring != self.NO_RANK)
+        tells = is_return(xyz) & is_off_axis & (ring != self.NO_RANK)
         xyz, ring = xyz[tells], ring[tells]
         if len(ring) == 0:
             return
