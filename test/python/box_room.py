@@ -1,6 +1,7 @@
-"""A box room as a LiDAR sees it, by hand-written ray casting, for the tests of files and commands."""
+"""A box room as a LidarScan, for the tests of files and commands."""
 
 import numpy as np
+import rooms
 
 from smoke_ground_reconstruction.io.clouds import LidarScan
 
@@ -8,26 +9,13 @@ HEIGHT = 0.7  # of the sensor above the floor [m]
 
 
 def box_room(half_x=2.5, half_y=2.0, rings=64, steps=450, height=HEIGHT) -> LidarScan:
-    """Returns of floor and walls of a room without a ceiling, sensor in the middle."""
-    elevation = np.radians(np.linspace(-50.0, 30.0, rings))
-    azimuth = np.radians(np.arange(steps) * 360.0 / steps)
-    ring, step = np.meshgrid(np.arange(rings), np.arange(steps), indexing="ij")
-    direction = np.stack(
-        [
-            np.cos(elevation[ring]) * np.cos(azimuth[step]),
-            np.cos(elevation[ring]) * np.sin(azimuth[step]),
-            np.sin(elevation[ring]),
-        ],
-        axis=-1,
-    ).reshape(-1, 3)
-    with np.errstate(divide="ignore"):
-        to_wall_x = half_x / np.abs(direction[:, 0])
-        to_wall_y = half_y / np.abs(direction[:, 1])
-        to_floor = np.where(direction[:, 2] < 0, -height / direction[:, 2], np.inf)
-    reach = np.minimum(np.minimum(to_wall_x, to_wall_y), to_floor)
-    return LidarScan(
-        xyz=(direction * reach[:, None]).astype(np.float32),
-        intensity=np.full(len(reach), 40.0, np.float32),
-        ring=ring.ravel().astype(np.uint16),
-        t=(step.ravel() * (0.1 / steps)).astype(np.float32),
+    """Returns of floor, walls and ceiling of a room, the sensor in the middle."""
+    view, _ = rooms.box_room(
+        walls=(half_x, half_y, -half_x, -half_y),
+        ceiling=2.5 - height,
+        floor=-height,
+        elevations_deg=np.linspace(-50.0, 30.0, rings),
+        azimuth_step_deg=360.0 / steps,
     )
+    times = np.tile(np.linspace(0.0, 0.1, steps, endpoint=False, dtype=np.float32), rings)
+    return LidarScan(view.xyz, view.intensity, view.ring, times)

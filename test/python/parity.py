@@ -1,6 +1,7 @@
 """What "the same answer" means between the compiled core and the reference."""
 
 import numpy as np
+
 from smoke_ground_reconstruction.pipeline import compiled_params
 
 

@@ -1,6 +1,7 @@
 """Rooms and clouds with known geometry, made from a seed."""
 
 import numpy as np
+
 from smoke_ground_reconstruction.reference.scan import ScanView
 
 SENSOR_HEIGHT = 0.70

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from smoke_ground_reconstruction.evaluation.baselines import denoisers
 from smoke_ground_reconstruction.evaluation.baselines.native import (
     BaselineUnavailableError,

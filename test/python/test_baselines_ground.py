@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from smoke_ground_reconstruction.evaluation.baselines import ground
 from test_baselines_denoisers import needs_pcl
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from box_room import box_room
 
+from box_room import box_room
 from smoke_ground_reconstruction.height import HeightError, estimate_sensor_height
 
 

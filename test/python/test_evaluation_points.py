@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from smoke_ground_reconstruction.evaluation import printed, timing
 from smoke_ground_reconstruction.evaluation.point_scores import denoising_score, segmentation_score
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from smoke_ground_reconstruction.evaluation.thesis_table import (
     merge_floor_points,
     merged_truth,

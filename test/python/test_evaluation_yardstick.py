@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from evaluation_truths import MARGIN, points_of_cells, rectangle_truth
 from smoke_ground_reconstruction.evaluation.grids import CellGrid, mean_height, occupancy
 from smoke_ground_reconstruction.evaluation.metrics import Counts

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from parity import compiled_group
 from rooms import read_scan, seeded_cloud, view_of
 from smoke_ground_reconstruction.params import AgdorParams, Params

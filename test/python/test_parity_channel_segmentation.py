@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from parity import compiled_group, compiled_mounting
 from rooms import read_scan, seeded_cloud, tilt, view_of
 from smoke_ground_reconstruction.params import Params, SegmenterParams

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from rooms import read_scan, seeded_cloud, view_of
 from smoke_ground_reconstruction.reference.azimuth_bins import AzimuthBins
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel, rings_from_elevation
@@ -37,7 +38,9 @@ def test_bins_of_points_on_and_beside_the_edges(core, width_deg):
 
 
 @settings(deadline=None)
-@given(points=st.lists(st.tuples(FINITE, FINITE), max_size=50), width=st.sampled_from(WIDTHS_DEG[1:]))
+@given(
+    points=st.lists(st.tuples(FINITE, FINITE), max_size=50), width=st.sampled_from(WIDTHS_DEG[1:])
+)
 def test_bins_of_any_point(core, points, width):
     x, y = np.array(points, np.float32).reshape(-1, 2).T
     assert_same_bins(core, width, x, y)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from parity import as_partition, compiled_group
 from rooms import read_scan, seeded_cloud, view_of
 from smoke_ground_reconstruction.params import Params, SegmenterParams

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+
 from smoke_ground_reconstruction.evaluation.grids import mean_height
 
 

@@ -1,6 +1,7 @@
 """Scores of points: what a denoiser keeps, and how ground and walls are told apart."""
 
 import numpy as np
+
 from smoke_ground_reconstruction.evaluation.metrics import Counts
 
 RANGE_EDGES = (0.0, 1.0, 2.0, 3.0, 4.0, 6.0, np.inf)

@@ -10,6 +10,7 @@ from typing import Tuple
 
 import numpy as np
 from scipy.ndimage import binary_fill_holes
+
 from smoke_ground_reconstruction.evaluation.grids import CellGrid, mean_height, occupancy
 from smoke_ground_reconstruction.evaluation.yardstick import level_rotation, score_floor
 

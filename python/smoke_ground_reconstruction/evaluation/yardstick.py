@@ -8,6 +8,7 @@ false positive. Cells are 0.2 m (comparable with the thesis) and 0.1 m (hard).
 from dataclasses import dataclass
 
 import numpy as np
+
 from smoke_ground_reconstruction.evaluation import grids
 from smoke_ground_reconstruction.evaluation.heights import HeightErrors, height_errors
 from smoke_ground_reconstruction.evaluation.metrics import Counts, ratio

@@ -6,6 +6,7 @@ scale, ring (N,); returns keep, (N,) bool, in input order. ROR and SOR are PCL's
 
 import numpy as np
 from scipy.spatial import cKDTree
+
 from smoke_ground_reconstruction.evaluation.baselines.native import native
 
 

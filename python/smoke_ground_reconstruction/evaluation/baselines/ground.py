@@ -6,6 +6,7 @@ method, with and without the thesis's feature, is a stage of the pipeline and no
 """
 
 import numpy as np
+
 from smoke_ground_reconstruction.evaluation.baselines.native import (
     BaselineUnavailableError,
     native,
