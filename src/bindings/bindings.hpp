@@ -12,6 +12,7 @@ void bindChannelSegmentation(pybind11::module& m);
 void bindWallClustering(pybind11::module& m);
 void bindPolarSegments(pybind11::module& m);
 void bindPipeline(pybind11::module& m);
+void bindSimulation(pybind11::module& m);
 #ifdef SMOKE_GROUND_HAVE_PCL
 void bindPcd(pybind11::module& m);
 /// PCL's own filters, to compare with.

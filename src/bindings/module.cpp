@@ -8,6 +8,8 @@ PYBIND11_MODULE(_core, m) {
   smoke_ground_reconstruction::bindWallClustering(m);
   smoke_ground_reconstruction::bindPolarSegments(m);
   smoke_ground_reconstruction::bindPipeline(m);
+  auto simulation = m.def_submodule("simulation", "Ray casting and smoke physics.");
+  smoke_ground_reconstruction::bindSimulation(simulation);
 #ifdef SMOKE_GROUND_HAVE_PCL
   smoke_ground_reconstruction::bindPcd(m);
   smoke_ground_reconstruction::bindBaselines(m);
