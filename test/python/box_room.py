@@ -1,8 +1,8 @@
 """A box room as a LidarScan, for the tests of files and commands."""
 
 import numpy as np
-import rooms
 
+import rooms
 from smoke_ground_reconstruction.io.clouds import LidarScan
 
 HEIGHT = 0.7  # of the sensor above the floor [m]

@@ -11,6 +11,7 @@ from smoke_ground_reconstruction.reference.sensor_model import SensorModel, ring
 
 WIDTHS_DEG = [0.01, 0.2, 0.4, 1.0, 7.5, 10.0, 90.0]
 FINITE = st.floats(-1e6, 1e6, width=32)
+POINTS = st.lists(st.tuples(FINITE, FINITE), max_size=50)
 
 
 def assert_same_bins(core, width_deg, x, y):
@@ -38,9 +39,7 @@ def test_bins_of_points_on_and_beside_the_edges(core, width_deg):
 
 
 @settings(deadline=None)
-@given(
-    points=st.lists(st.tuples(FINITE, FINITE), max_size=50), width=st.sampled_from(WIDTHS_DEG[1:])
-)
+@given(points=POINTS, width=st.sampled_from(WIDTHS_DEG[1:]))
 def test_bins_of_any_point(core, points, width):
     x, y = np.array(points, np.float32).reshape(-1, 2).T
     assert_same_bins(core, width, x, y)

@@ -1,0 +1,159 @@
+"""The whole pipeline: the compiled core and the reference give the same floor."""
+
+import copy
+
+import numpy as np
+import pytest
+
+from parity import as_partition, assert_same_grid
+from rooms import SENSOR_HEIGHT, box_room, joined, read_scan, seeded_cloud, smoke_ball, tilt
+from smoke_ground_reconstruction import Params, Pipeline
+
+GROUND = 3
+
+
+def assert_same_result(actual, expected):
+    close = {"rtol": 1e-5, "atol": 1e-5}
+    np.testing.assert_array_equal(actual.labels, expected.labels)
+    np.testing.assert_array_equal(as_partition(actual.clusters), as_partition(expected.clusters))
+    for name in ("surface", "confidence", "boundary", "floor_plane"):
+        np.testing.assert_allclose(getattr(actual, name), getattr(expected, name), **close)
+    for name in ("intensity", "ring", "provenance", "boundary_kind"):
+        np.testing.assert_array_equal(getattr(actual, name), getattr(expected, name))
+    for name in ("surface", "intensity", "ring", "provenance", "confidence", "boundary_kind"):
+        assert getattr(actual, name).dtype == getattr(expected, name).dtype
+    assert_same_grid(actual.occupancy, expected.occupancy)
+    assert list(actual.times) == list(expected.times)
+
+
+def assert_parity(view, params=None, **mounting):
+    results = [Pipeline(params, engine).process(*view, **mounting) for engine in ("cpp", "python")]
+    assert_same_result(*results)
+    return results[0]
+
+
+def room_params():
+    """Wall clusters of the coarse test rooms."""
+    return Params.from_dict({"segmenter": {"cluster_tolerance": 0.2, "max_cluster_size": 0}})
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_seeded_rooms(core, seed):
+    result = assert_parity(seeded_cloud(seed), room_params())
+    assert len(result.surface) > 0
+
+
+@pytest.mark.parametrize("engine", ["window", "kdtree"])
+def test_either_engine_of_the_denoiser(core, engine):
+    if engine == "kdtree" and not core.HAVE_PCL:
+        pytest.skip("built without PCL")
+    params = room_params()
+    params.denoiser.engine = engine
+    assert_parity(seeded_cloud(11), params)
+
+
+def test_tilted_sensor(core):
+    assert_parity(seeded_cloud(3), room_params(), rotation=tilt(2.0, -6.0), sensor_height=0.6)
+
+
+def test_rings_are_learned_from_scan_to_scan(core):
+    pipelines = [Pipeline(room_params(), engine) for engine in ("cpp", "python")]
+    for seed in (0, 3):
+        assert_same_result(*(pipeline.process(*seeded_cloud(seed)) for pipeline in pipelines))
+
+
+def test_known_beams(core):
+    elevations = np.linspace(-52.0, 20.0, 40)
+    pipelines = [Pipeline(room_params(), engine, elevations) for engine in ("cpp", "python")]
+    assert_same_result(*(pipeline.process(*seeded_cloud(0)) for pipeline in pipelines))
+
+
+def test_real_scans(core, real_scan):
+    result = assert_parity(read_scan(real_scan))
+    assert len(result.surface) > 0
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_hardly_any_points(core, count):
+    result = assert_parity(seeded_cloud(0).select(slice(0, count)))
+    assert len(result.labels) == count
+
+
+def test_one_ring(core):
+    view = seeded_cloud(0)
+    result = assert_parity(view.select(view.ring == 7))
+    assert len(result.surface) == 0
+
+
+@pytest.mark.parametrize("engine", ["cpp", "python"])
+def test_the_floor_comes_out_without_one_ground_return(core, engine):
+    """The thesis's claim: walls alone tell where the floor is."""
+    room, surface = box_room((3.0, 2.5, -3.0, -2.5), azimuth_step_deg=0.4)
+    view = joined(room.select(surface != 0), smoke_ball(1500, 0))
+    params = room_params()
+    params.segmenter.min_cluster_size = 10
+    result = Pipeline(params, engine).process(*view)
+    assert not np.any(result.labels == GROUND)
+    assert np.all(result.provenance == 1)
+    x, y, z = result.surface.T
+    # 10 deg segments, each up to its nearest wall: most of the room, and nothing outside of it
+    # but by half an azimuth step (3.9 m * 0.2 deg).
+    assert np.all((np.abs(x) <= 3.0 + 0.015) & (np.abs(y) <= 2.5 + 0.015))
+    cells = {(i, j) for i, j in zip(np.floor(x / 0.2).astype(int), np.floor(y / 0.2).astype(int))}
+    assert len(cells) > 0.75 * (6.0 / 0.2) * (5.0 / 0.2)
+    # A wall's lowest return is up to a beam's spacing above the floor; Step 3 bounds the slope.
+    steepest = np.tan(np.radians(5.0)) * np.hypot(3.0, 2.5)
+    assert np.all((z >= -SENSOR_HEIGHT - 1e-3) & (z <= -SENSOR_HEIGHT + steepest))
+
+
+def test_inputs_are_not_changed(core):
+    view = seeded_cloud(0)
+    before = copy.deepcopy(view)
+    assert_parity(view)
+    for array, copied in zip(view, before):
+        np.testing.assert_array_equal(array, copied)
+
+
+def test_friendly_dtypes(core):
+    view = seeded_cloud(0)
+    friendly = (view.xyz.astype(np.float64), view.intensity, view.ring.astype(np.int64))
+    for engine in ("cpp", "python"):
+        assert_same_result(Pipeline(None, engine).process(*friendly), assert_parity(view))
+
+
+BAD_INPUTS = {
+    "xyz must be": lambda v: (v.xyz[:, :2], v.intensity, v.ring),
+    "xyz must be (N, 3)": lambda v: (np.zeros(v.xyz.shape, int), v.intensity, v.ring),
+    "intensity must be": lambda v: (v.xyz, v.intensity[:-1], v.ring),
+    "intensity must be (": lambda v: (v.xyz, v.intensity[:, None], v.ring),
+    "ring must be (": lambda v: (v.xyz, v.intensity, v.ring.astype(float)),
+    "ring must be from 0 to 65535": lambda v: (v.xyz, v.intensity, v.ring.astype(int) - 1),
+}
+
+
+@pytest.mark.parametrize("engine", ["cpp", "python"])
+@pytest.mark.parametrize("message", BAD_INPUTS)
+def test_bad_arrays_are_named(core, message, engine):
+    with pytest.raises(ValueError) as error:
+        Pipeline(None, engine).process(*BAD_INPUTS[message](seeded_cloud(0)))
+    assert str(error.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    "mounting",
+    [
+        {"sensor_height": 0.0},
+        {"sensor_height": np.nan},
+        {"rotation": np.zeros((3, 3))},
+        {"rotation": np.diag([1.0, 1.0, -1.0])},
+        {"rotation": np.eye(2)},
+    ],
+)
+def test_bad_mountings_are_named(core, mounting):
+    with pytest.raises(ValueError, match=next(iter(mounting))):
+        Pipeline().process(*seeded_cloud(0), **mounting)
+
+
+def test_unknown_engine_is_refused():
+    with pytest.raises(ValueError, match="engine must be one of cpp, python, is rust"):
+        Pipeline(engine="rust")
