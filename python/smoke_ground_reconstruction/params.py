@@ -50,7 +50,7 @@ class AgdorParams:
         _check_above(self, "theta_deg", 0.0)
         _check_choice(self, "theta_unit", THETA_UNITS)
         _check_whole(self, "min_neighbors", 0)
-        _check_whole(self, "max_neighbors", 0)
+        _check_whole(self, "max_neighbors")
         _check_choice(self, "engine", DENOISER_ENGINES)
         has_room = self.max_neighbors == 0 or self.max_neighbors > self.min_neighbors
         rule = "0 (unlimited) or above min_neighbors"
@@ -107,7 +107,7 @@ class WallClusteringParams:
         _check_above(self, "cluster_tolerance", 0.0)
         _check_at_least(self, "cluster_tolerance_per_range", 0.0)
         _check_whole(self, "min_cluster_size", 1)
-        _check_whole(self, "max_cluster_size", 0)
+        _check_whole(self, "max_cluster_size")
         _check_choice(self, "cluster_engine", CLUSTER_ENGINES)
         has_room = self.max_cluster_size == 0 or self.max_cluster_size >= self.min_cluster_size
         rule = "0 (unlimited) or at least min_cluster_size"
@@ -272,7 +272,7 @@ def _check_at_least(params, name: str, limit: float) -> None:
     _require(value >= limit, name, f">= {limit:g}", value)
 
 
-def _check_whole(params, name: str, limit: int) -> None:
+def _check_whole(params, name: str, limit: int = -_INT_MAX) -> None:
     value = getattr(params, name)
     is_whole = isinstance(value, numbers.Integral) and not isinstance(value, bool)
     _require(is_whole and value <= _INT_MAX, name, "a whole number of at most 2147483647", value)
