@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from . import files, furniture, geometry
+from .errors import SceneError
 from .keys import read_yaml
 
 WALL_CLEARANCE = 0.10
@@ -159,7 +160,7 @@ class Scene:
 
         Raises
         ------
-        KeyError
+        SceneError
             If there is no such pose; the message lists those there are.
         """
         if isinstance(which, Pose):
@@ -170,7 +171,7 @@ class Scene:
             if pose.name == which:
                 return pose
         known = ", ".join(pose.name for pose in self.poses)
-        raise KeyError(f"{self.file}: poses: no pose {which!r} (known: {known})")
+        raise SceneError(f"{self.file}: poses: no pose {which!r} (known: {known})")
 
 
 def plane_z(plane, points):

@@ -1,6 +1,6 @@
 """LiDARs as data files: beams, firing pattern, receiver and driver layout.
 
-Keys and their meaning stand in `config/README.md`.
+Keys: those of the files in `config`; angles in degrees, the rest in SI units.
 """
 
 import hashlib
