@@ -10,7 +10,9 @@ namespace smoke_ground_reconstruction {
 /// resolution in the level frame, so grids of successive scans match. Points beyond `max_range` of
 /// the sensor are left out: one stray return must not allocate a hall.
 /// \param walls  wall points in the sensor frame.
-/// \param resolution  edge of a cell [m], > 0.
+/// \param resolution  edge of a cell [m], at least 0.01.
+/// \param max_range  planar, at most 10,000 cells [m].
+/// \throws std::invalid_argument on a resolution or reach out of these limits.
 OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
                         const Mounting& mounting, double resolution, double max_range = 50.0);
 

@@ -10,6 +10,8 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
+constexpr double kMostCells = 10000.0;  // from the sensor to the edge of the grid
+
 struct Cell {
   std::int64_t column;
   std::int64_t row;
@@ -62,7 +64,9 @@ void paint(const std::vector<Cell>& cells, std::int8_t value, OccupancyGrid* gri
 
 OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
                         const Mounting& mounting, double resolution, double max_range) {
-  require(resolution > 0.0, "occupancy_resolution", "> 0", resolution);
+  require(resolution >= 0.01, "occupancy_resolution", ">= 0.01", resolution);
+  require(max_range > 0.0 && max_range <= kMostCells * resolution, "max_range",
+          "> 0 and at most 10000 cells", max_range);
   const auto floor = cellsOf(
       surface.size(),
       [&](std::size_t i) {

@@ -6,6 +6,8 @@ from .floor_surface import FloorSurface, OccupancyGrid
 from .predicates import is_return, planar_range
 from .scan import Mounting, ScanView
 
+_MOST_CELLS = 10000.0  # from the sensor to the edge of the grid
+
 
 def rasterize(
     surface: FloorSurface,
@@ -27,12 +29,16 @@ def rasterize(
         Wall points in the sensor frame.
     mounting : Mounting
     resolution : float
-        Edge of a cell [m], > 0, else ValueError.
+        Edge of a cell [m], at least 0.01.
     max_range : float
-        Along the ground [m].
+        Along the ground, at most 10,000 cells [m].
+
+    Raises ValueError on a resolution or reach out of these limits.
     """
-    if not resolution > 0.0:
-        raise ValueError(f"occupancy_resolution must be > 0, is {resolution:g}")
+    if not 0.01 <= resolution < np.inf:
+        raise ValueError(f"occupancy_resolution must be >= 0.01, is {resolution:g}")
+    if not 0.0 < max_range <= _MOST_CELLS * resolution:
+        raise ValueError(f"max_range must be > 0 and at most 10000 cells, is {max_range:g}")
     floor = _cells_of(surface.xyz, mounting, resolution, max_range)
     wall = _cells_of(walls.xyz, mounting, resolution, max_range)
     occupied = np.concatenate([floor, wall])
