@@ -1,3 +1,18 @@
 # Nodelets, launch files and what else needs ROS.
+if(NOT SMOKE_GROUND_PCL)
+  message(FATAL_ERROR "The nodelets need PCL; without it build with -DSMOKE_GROUND_WITH_ROS=OFF")
+endif()
+
+# --- adapters: messages to views and back, parameters, laziness, tf ---------------------------------
+smoke_ground_add_library(ros
+  src/ros/cloud_conversions.cpp)
+add_dependencies(${PROJECT_NAME}_ros
+  ${PROJECT_NAME}_gencfg ${PROJECT_NAME}_generate_messages_cpp ${catkin_EXPORTED_TARGETS})
+target_include_directories(${PROJECT_NAME}_ros PUBLIC
+  $<BUILD_INTERFACE:${CATKIN_DEVEL_PREFIX}/${CATKIN_GLOBAL_INCLUDE_DESTINATION}>)
+target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC ${catkin_INCLUDE_DIRS})
+target_link_libraries(${PROJECT_NAME}_ros
+  PUBLIC ${PROJECT_NAME}_core ${catkin_LIBRARIES} PRIVATE Eigen3::Eigen)
+
 install(DIRECTORY launch config
   DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION} OPTIONAL)
