@@ -5,7 +5,8 @@ endif()
 
 # --- adapters: messages to views and back, parameters, laziness, tf ---------------------------------
 smoke_ground_add_library(ros
-  src/ros/cloud_conversions.cpp)
+  src/ros/cloud_conversions.cpp
+  src/ros/param_conversions.cpp)
 add_dependencies(${PROJECT_NAME}_ros
   ${PROJECT_NAME}_gencfg ${PROJECT_NAME}_generate_messages_cpp ${catkin_EXPORTED_TARGETS})
 target_include_directories(${PROJECT_NAME}_ros PUBLIC

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <dynamic_reconfigure/server.h>
+#include <ros/console.h>
+#include <ros/node_handle.h>
+
+#include <boost/thread/recursive_mutex.hpp>
+#include <memory>
+#include <stdexcept>
+#include <type_traits>
+
+#include "smoke_ground_reconstruction/ros/param_conversions.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// The parameters of a stage, tunable while it runs. A scan takes one set with get() and computes
+/// without a lock; a change shows in the next scan.
+template <typename Config>
+class TunableParams {
+ public:
+  using Params = std::decay_t<decltype(toParams(Config()))>;
+
+  /// \param nh  private handle whose queue serves the changes; give it a queue of its own threads
+  ///            (getMTPrivateNodeHandle()), so that a change never waits for a scan.
+  explicit TunableParams(const ros::NodeHandle& nh) : server_(mutex_, nh) {
+    server_.setCallback([this](Config& config, std::uint32_t) { onConfig(config); });
+  }
+
+  std::shared_ptr<const Params> get() const { return std::atomic_load(&params_); }
+
+ private:
+  // The server swallows a throw and publishes what is left in `config`, so leave a good set there.
+  void onConfig(Config& config) {
+    repair(config);
+    try {
+      store(config);
+    } catch (const std::invalid_argument& error) {
+      ROS_WARN("Kept the parameters as they were: %s", error.what());
+      config = accepted_;
+      store(config);
+    }
+    accepted_ = config;
+  }
+
+  void store(const Config& config) {
+    std::atomic_store(&params_, std::make_shared<const Params>(toParams(config)));
+  }
+
+  Config accepted_ = Config::__getDefault__();
+  std::shared_ptr<const Params> params_;
+  boost::recursive_mutex mutex_;
+  dynamic_reconfigure::Server<Config> server_;  // last: its callback uses all of the above
+};
+
+}  // namespace smoke_ground_reconstruction
