@@ -6,7 +6,10 @@ endif()
 # --- adapters: messages to views and back, parameters, laziness, tf ---------------------------------
 smoke_ground_add_library(ros
   src/ros/cloud_conversions.cpp
-  src/ros/param_conversions.cpp)
+  src/ros/lazy_nodelet.cpp
+  src/ros/param_conversions.cpp
+  src/ros/stage_health.cpp
+  src/ros/stage_timing.cpp)
 add_dependencies(${PROJECT_NAME}_ros
   ${PROJECT_NAME}_gencfg ${PROJECT_NAME}_generate_messages_cpp ${catkin_EXPORTED_TARGETS})
 target_include_directories(${PROJECT_NAME}_ros PUBLIC

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <diagnostic_updater/diagnostic_updater.h>
+#include <nodelet/nodelet.h>
+#include <ros/ros.h>
+
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "smoke_ground_reconstruction/ros/stage_health.hpp"
+#include "smoke_ground_reconstruction/ros/stage_timing.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// A nodelet that listens to its inputs only while somebody listens to one of its outputs, or
+/// always where ~always_on is set. ~timing and /diagnostics are no outputs in this sense. Bad
+/// input drops the scan, with a warning and a diagnostic, and never the nodelet.
+class LazyNodelet : public nodelet::Nodelet {
+ public:
+  void onInit() final;
+
+ protected:
+  /// Makes what the scans need. Runs once, before any output exists.
+  virtual void setUp() = 0;
+  /// Calls advertiseOutput() for each output.
+  virtual void advertiseOutputs() = 0;
+  virtual void startListening() = 0;
+  virtual void stopListening() = 0;
+
+  template <typename Message>
+  ros::Publisher advertiseOutput(const std::string& topic) {
+    const auto on_connect = [this](const ros::SingleSubscriberPublisher&) { updateListening(); };
+    outputs_.push_back(
+        getPrivateNodeHandle().advertise<Message>(topic, kQueueSize, on_connect, on_connect));
+    return outputs_.back();
+  }
+
+  /// Works on one scan: counts and times it, publishes ~timing, and turns an exception into a
+  /// dropped scan. `work` ends with the publishing of its outputs and returns how many points of
+  /// how many it kept.
+  struct Kept {
+    std::size_t points_in, points_kept;
+  };
+  void handleScan(const std_msgs::Header& header, const std::function<Kept(StageTiming&)>& work);
+
+  /// Warns once in the life of the nodelet that rings had to be derived.
+  void warnOfDerivedRings(const sensor_msgs::PointCloud2& cloud);
+
+  StageHealth& health() { return health_; }
+
+  static constexpr int kQueueSize = 2;
+
+ private:
+  void initialize();
+  void updateListening();
+
+  StageHealth health_;
+  std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
+  ros::WallTimer diagnostics_timer_;
+  ros::Publisher timing_pub_;
+  std::mutex connect_mutex_;
+  std::vector<ros::Publisher> outputs_;
+  bool is_always_on_ = false;
+  bool is_listening_ = false;
+  bool has_warned_of_rings_ = false;
+};
+
+/// Makes a message only where somebody takes it, and publishes it.
+template <typename Make>
+auto publishIfHeard(const ros::Publisher& publisher, Make make) -> decltype(make()) {
+  if (publisher.getNumSubscribers() == 0) return nullptr;
+  auto message = make();
+  publisher.publish(message);
+  return message;
+}
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <diagnostic_updater/DiagnosticStatusWrapper.h>
+
+#include <chrono>
+#include <cstddef>
+#include <mutex>
+#include <string>
+
+namespace smoke_ground_reconstruction {
+
+/// What a nodelet tells /diagnostics of itself: input rate, points in and kept, last processing
+/// time, last drop. Any thread may call any method.
+class StageHealth {
+ public:
+  void setListening(bool listening);
+  /// A message came in on ~input.
+  void inputArrived();
+  void scanDone(std::size_t points_in, std::size_t points_kept, double milliseconds);
+  void scanDropped(const std::string& reason);
+
+  /// Fills in the state since the last report. Levels: OK idle (nobody listens) or running; WARN
+  /// where input fails to come, all of it was dropped, or none found its partners.
+  void report(diagnostic_updater::DiagnosticStatusWrapper& status);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Counts {
+    std::size_t arrived = 0, done = 0, dropped = 0;
+  };
+
+  void summarize(diagnostic_updater::DiagnosticStatusWrapper& status) const;
+
+  std::mutex mutex_;
+  bool is_listening_ = false;
+  Clock::time_point since_ = Clock::now();
+  Counts recent_;  // since the last report
+  Counts total_;
+  std::size_t points_in_ = 0;
+  std::size_t points_kept_ = 0;
+  double milliseconds_ = 0.0;
+  std::string last_drop_ = "none";
+};
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <sensor_msgs/PointCloud2.h>
+#include <smoke_ground_reconstruction/Timing.h>
+#include <std_msgs/Header.h>
+
+#include <chrono>
+#include <cstddef>
+#include <string>
+
+namespace smoke_ground_reconstruction {
+
+/// Writes msg/Timing.msg while a scan is worked on.
+class StageTiming {
+ public:
+  explicit StageTiming(const std_msgs::Header& header);
+
+  /// Notes where the data of a received cloud lies.
+  void received(const sensor_msgs::PointCloud2& cloud);
+  /// Notes where the data of a published cloud lies; null: nobody listened, so it was not made.
+  void published(const sensor_msgs::PointCloud2ConstPtr& cloud);
+  /// Ends a stage that began where the one before ended.
+  void finish(const std::string& stage, std::size_t points_in, std::size_t points_out);
+
+  /// Sum over the stages.
+  double milliseconds() const;
+  /// The stamp's message; not to be changed once it is published.
+  TimingConstPtr message() const { return message_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  Clock::time_point begin_ = Clock::now();
+  TimingPtr message_;
+};
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,68 @@
+#include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
+
+#include <algorithm>
+
+#include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
+
+namespace smoke_ground_reconstruction {
+
+void LazyNodelet::onInit() {
+  try {
+    initialize();
+  } catch (const std::exception& error) {  // the manager would say nothing of it
+    NODELET_FATAL("Cannot start: %s", error.what());
+    throw;
+  }
+}
+
+void LazyNodelet::initialize() {
+  auto& pnh = getPrivateNodeHandle();
+  is_always_on_ = pnh.param("always_on", false);
+  timing_pub_ = pnh.advertise<Timing>("timing", kQueueSize);
+  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), pnh, getName());
+  diagnostics_->setHardwareID("none");
+  diagnostics_->add("scans", [this](auto& status) { health_.report(status); });
+  setUp();
+  // On threads of its own and on the wall clock: it reports even while a scan hangs or time stops.
+  diagnostics_timer_ = getMTNodeHandle().createWallTimer(
+      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { diagnostics_->force_update(); });
+  {
+    const std::lock_guard<std::mutex> lock(connect_mutex_);  // a listener may be there at once
+    advertiseOutputs();
+  }
+  updateListening();
+}
+
+void LazyNodelet::updateListening() {
+  const std::lock_guard<std::mutex> lock(connect_mutex_);
+  const bool is_heard =
+      is_always_on_ || std::any_of(outputs_.begin(), outputs_.end(), [](const auto& output) {
+        return output.getNumSubscribers() > 0;
+      });
+  if (is_heard == is_listening_) return;
+  is_listening_ = is_heard;
+  health_.setListening(is_heard);
+  is_heard ? startListening() : stopListening();
+}
+
+void LazyNodelet::handleScan(const std_msgs::Header& header,
+                             const std::function<Kept(StageTiming&)>& work) {
+  try {
+    StageTiming timing(header);
+    const Kept kept = work(timing);
+    health_.scanDone(kept.points_in, kept.points_kept, timing.milliseconds());
+    timing_pub_.publish(timing.message());
+  } catch (const std::exception& error) {
+    health_.scanDropped(error.what());
+    NODELET_WARN_THROTTLE(5.0, "Dropped a scan in '%s': %s", header.frame_id.c_str(), error.what());
+  }
+}
+
+void LazyNodelet::warnOfDerivedRings(const sensor_msgs::PointCloud2& cloud) {
+  if (has_warned_of_rings_) return;
+  has_warned_of_rings_ = true;
+  NODELET_WARN("The cloud has no 'ring'; rings are derived from elevation. Fields: %s",
+               describeFields(cloud).c_str());
+}
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,66 @@
+#include "smoke_ground_reconstruction/ros/stage_health.hpp"
+
+#include <diagnostic_msgs/DiagnosticStatus.h>
+
+namespace smoke_ground_reconstruction {
+
+void StageHealth::setListening(bool listening) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  is_listening_ = listening;
+}
+
+void StageHealth::inputArrived() {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++recent_.arrived;
+  ++total_.arrived;
+}
+
+void StageHealth::scanDone(std::size_t points_in, std::size_t points_kept, double milliseconds) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++recent_.done;
+  ++total_.done;
+  points_in_ = points_in;
+  points_kept_ = points_kept;
+  milliseconds_ = milliseconds;
+}
+
+void StageHealth::scanDropped(const std::string& reason) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++recent_.dropped;
+  ++total_.dropped;
+  last_drop_ = reason;
+}
+
+void StageHealth::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto now = Clock::now();
+  const double seconds = std::chrono::duration<double>(now - since_).count();
+  summarize(status);
+  status.add("input rate [Hz]", seconds > 0.0 ? static_cast<double>(recent_.arrived) / seconds : 0);
+  status.add("points in", points_in_);
+  status.add("points kept", points_kept_);
+  status.add("last processing time [ms]", milliseconds_);
+  status.add("scans done", total_.done);
+  status.add("scans dropped", total_.dropped);
+  status.add("last drop", last_drop_);
+  since_ = now;
+  recent_ = Counts();
+}
+
+void StageHealth::summarize(diagnostic_updater::DiagnosticStatusWrapper& status) const {
+  using diagnostic_msgs::DiagnosticStatus;
+  if (!is_listening_) {
+    status.summary(DiagnosticStatus::OK, "idle: nobody listens");
+  } else if (recent_.dropped > 0) {
+    status.summary(DiagnosticStatus::WARN, "dropped a scan: " + last_drop_);
+  } else if (recent_.done > 0) {
+    status.summary(DiagnosticStatus::OK, "running");
+  } else if (recent_.arrived > 0) {
+    status.summary(DiagnosticStatus::WARN,
+                   "scans come in, but no ground and walls of their stamps");
+  } else {
+    status.summary(DiagnosticStatus::WARN, "no input");
+  }
+}
+
+}  // namespace smoke_ground_reconstruction

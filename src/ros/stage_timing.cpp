@@ -1,0 +1,40 @@
+#include "smoke_ground_reconstruction/ros/stage_timing.hpp"
+
+#include <boost/make_shared.hpp>
+#include <numeric>
+
+namespace smoke_ground_reconstruction {
+namespace {
+
+std::uint64_t addressOf(const sensor_msgs::PointCloud2& cloud) {
+  return reinterpret_cast<std::uintptr_t>(cloud.data.data());
+}
+
+}  // namespace
+
+StageTiming::StageTiming(const std_msgs::Header& header) : message_(boost::make_shared<Timing>()) {
+  message_->header = header;
+}
+
+void StageTiming::received(const sensor_msgs::PointCloud2& cloud) {
+  message_->input_buffers.push_back(addressOf(cloud));
+}
+
+void StageTiming::published(const sensor_msgs::PointCloud2ConstPtr& cloud) {
+  message_->output_buffers.push_back(cloud ? addressOf(*cloud) : 0);
+}
+
+void StageTiming::finish(const std::string& stage, std::size_t points_in, std::size_t points_out) {
+  const auto now = Clock::now();
+  message_->stages.push_back(stage);
+  message_->milliseconds.push_back(std::chrono::duration<double, std::milli>(now - begin_).count());
+  message_->points_in.push_back(static_cast<std::uint32_t>(points_in));
+  message_->points_out.push_back(static_cast<std::uint32_t>(points_out));
+  begin_ = now;
+}
+
+double StageTiming::milliseconds() const {
+  return std::accumulate(message_->milliseconds.begin(), message_->milliseconds.end(), 0.0);
+}
+
+}  // namespace smoke_ground_reconstruction
