@@ -7,7 +7,9 @@ endif()
 smoke_ground_add_library(ros
   src/ros/cloud_conversions.cpp
   src/ros/lazy_nodelet.cpp
+  src/ros/mounting_source.cpp
   src/ros/param_conversions.cpp
+  src/ros/sensor_models.cpp
   src/ros/stage_health.cpp
   src/ros/stage_timing.cpp)
 add_dependencies(${PROJECT_NAME}_ros
