@@ -6,12 +6,14 @@ endif()
 # --- adapters: messages to views and back, parameters, laziness, tf ---------------------------------
 smoke_ground_add_library(ros
   src/ros/cloud_conversions.cpp
+  src/ros/floor_markers.cpp
   src/ros/lazy_nodelet.cpp
   src/ros/mounting_source.cpp
   src/ros/param_conversions.cpp
   src/ros/sensor_models.cpp
   src/ros/stage_health.cpp
-  src/ros/stage_timing.cpp)
+  src/ros/stage_timing.cpp
+  src/ros/surface_conversions.cpp)
 add_dependencies(${PROJECT_NAME}_ros
   ${PROJECT_NAME}_gencfg ${PROJECT_NAME}_generate_messages_cpp ${catkin_EXPORTED_TARGETS})
 target_include_directories(${PROJECT_NAME}_ros PUBLIC
