@@ -22,5 +22,19 @@ target_include_directories(${PROJECT_NAME}_ros SYSTEM PUBLIC ${catkin_INCLUDE_DI
 target_link_libraries(${PROJECT_NAME}_ros
   PUBLIC ${PROJECT_NAME}_core ${catkin_LIBRARIES} PRIVATE Eigen3::Eigen)
 
+# --- nodelets ---------------------------------------------------------------------------------------
+smoke_ground_add_library(nodelets
+  src/nodelets/denoiser_nodelet.cpp
+  src/nodelets/reconstructor_nodelet.cpp
+  src/nodelets/segmenter_nodelet.cpp)
+target_link_libraries(${PROJECT_NAME}_nodelets PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_pcl)
+
+add_executable(standalone src/nodelets/standalone.cpp)
+target_include_directories(standalone SYSTEM PRIVATE ${catkin_INCLUDE_DIRS})
+target_link_libraries(standalone PRIVATE smoke_ground_options ${catkin_LIBRARIES})
+add_dependencies(standalone ${PROJECT_NAME}_nodelets)
+install(TARGETS standalone RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+install(FILES nodelets.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config
   DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION} OPTIONAL)

@@ -1,0 +1,129 @@
+#include <message_filters/subscriber.h>
+#include <message_filters/sync_policies/exact_time.h>
+#include <message_filters/synchronizer.h>
+#include <sensor_msgs/PointCloud2.h>
+
+#include <memory>
+#include <pluginlib/class_list_macros.hpp>
+#include <stdexcept>
+
+#include "smoke_ground_reconstruction/occupancy.hpp"
+#include "smoke_ground_reconstruction/polar_segments.hpp"
+#include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
+#include "smoke_ground_reconstruction/ros/floor_markers.hpp"
+#include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
+#include "smoke_ground_reconstruction/ros/mounting_source.hpp"
+#include "smoke_ground_reconstruction/ros/sensor_models.hpp"
+#include "smoke_ground_reconstruction/ros/surface_conversions.hpp"
+#include "smoke_ground_reconstruction/ros/tunable_params.hpp"
+
+namespace smoke_ground_reconstruction {
+namespace {
+
+using sensor_msgs::PointCloud2;
+using sensor_msgs::PointCloud2ConstPtr;
+
+void checkFrame(const PointCloud2& scan, const PointCloud2& part, const char* topic) {
+  if (part.header.frame_id == scan.header.frame_id) return;
+  throw std::invalid_argument(std::string(topic) + " is in frame '" + part.header.frame_id +
+                              "', ~input in '" + scan.header.frame_id + "'");
+}
+
+}  // namespace
+
+/// Makes the floor: ~input (the raw scan), ~ground and ~walls of one stamp -> ~ground_surface,
+/// ~occupancy, ~boundary, ~boundary_polygon and ~markers.
+class ReconstructorNodelet : public LazyNodelet {
+ private:
+  void setUp() override {
+    sensors_ = std::make_unique<SensorModels>(getPrivateNodeHandle());
+    mounting_ = std::make_unique<MountingSource>(getPrivateNodeHandle());
+    params_ = std::make_unique<TunableParams<ReconstructorConfig>>(getMTPrivateNodeHandle());
+    raw_sub_.registerCallback(
+        [this](const ros::MessageEvent<const PointCloud2>&) { health().inputArrived(); });
+  }
+
+  void advertiseOutputs() override {
+    surface_pub_ = advertiseOutput<PointCloud2>("ground_surface");
+    occupancy_pub_ = advertiseOutput<nav_msgs::OccupancyGrid>("occupancy");
+    boundary_pub_ = advertiseOutput<FloorBoundary>("boundary");
+    polygon_pub_ = advertiseOutput<geometry_msgs::PolygonStamped>("boundary_polygon");
+    markers_pub_ = advertiseOutput<visualization_msgs::MarkerArray>("markers");
+  }
+
+  void startListening() override {
+    auto& pnh = getPrivateNodeHandle();
+    const auto hints = ros::TransportHints().tcpNoDelay();
+    sync_ =
+        std::make_unique<Synchronizer>(Policy(kSyncQueueSize), raw_sub_, ground_sub_, walls_sub_);
+    sync_->registerCallback(&ReconstructorNodelet::onScan, this);
+    raw_sub_.subscribe(pnh, "input", kSyncQueueSize, hints);
+    ground_sub_.subscribe(pnh, "ground", kSyncQueueSize, hints);
+    walls_sub_.subscribe(pnh, "walls", kSyncQueueSize, hints);
+  }
+
+  void stopListening() override {
+    raw_sub_.unsubscribe();
+    ground_sub_.unsubscribe();
+    walls_sub_.unsubscribe();
+    sync_.reset();  // with what waits in it
+  }
+
+  void onScan(const PointCloud2ConstPtr& raw, const PointCloud2ConstPtr& ground,
+              const PointCloud2ConstPtr& walls) {
+    handleScan(raw->header,
+               [&](StageTiming& timing) { return reconstruct(*raw, *ground, *walls, timing); });
+  }
+
+  Kept reconstruct(const PointCloud2& raw, const PointCloud2& ground, const PointCloud2& walls,
+                   StageTiming& timing) {
+    for (const PointCloud2* cloud : {&raw, &ground, &walls}) timing.received(*cloud);
+    checkFrame(raw, ground, "~ground");
+    checkFrame(raw, walls, "~walls");
+    const auto params = params_->get();
+    const CloudView scan(raw);
+    const CloudView ground_view(ground);
+    const CloudView walls_view(walls);
+    const Mounting mounting = mounting_->at(raw.header, params->sensor_height);
+    const SensorModel& sensor = sensors_->observe(raw.header.frame_id, scan.scan());
+    timing.finish("organise", scan.size(), scan.size());
+
+    const FloorSurface surface =
+        PolarSegments(params->polar_segments)
+            .reconstruct(ground_view.scan(), walls_view.scan(), sensor, mounting);
+    timing.finish("reconstruct", ground_view.size() + walls_view.size(), surface.size());
+
+    publishFloor(raw.header, surface, mounting, timing);
+    publishIfHeard(occupancy_pub_, [&] {
+      return toOccupancyMsg(
+          raw.header, rasterize(surface, walls_view.scan(), mounting, params->occupancy_resolution),
+          mounting);
+    });
+    timing.finish("publish", surface.size(), surface.size());
+    return {scan.size(), surface.size()};
+  }
+
+  void publishFloor(const std_msgs::Header& header, const FloorSurface& surface,
+                    const Mounting& mounting, StageTiming& timing) {
+    timing.published(publishIfHeard(surface_pub_, [&] { return toSurfaceMsg(header, surface); }));
+    publishIfHeard(boundary_pub_, [&] { return toBoundaryMsg(header, surface.boundary); });
+    publishIfHeard(polygon_pub_, [&] { return toPolygonMsg(header, surface.boundary); });
+    publishIfHeard(markers_pub_, [&] { return toMarkers(header, surface.boundary, mounting); });
+  }
+
+  using Policy = message_filters::sync_policies::ExactTime<PointCloud2, PointCloud2, PointCloud2>;
+  using Synchronizer = message_filters::Synchronizer<Policy>;
+  // Raw scans wait here for the stages before to finish: a second's worth.
+  static constexpr int kSyncQueueSize = 10;
+
+  std::unique_ptr<SensorModels> sensors_;
+  std::unique_ptr<MountingSource> mounting_;
+  std::unique_ptr<TunableParams<ReconstructorConfig>> params_;
+  ros::Publisher surface_pub_, occupancy_pub_, boundary_pub_, polygon_pub_, markers_pub_;
+  message_filters::Subscriber<PointCloud2> raw_sub_, ground_sub_, walls_sub_;
+  std::unique_ptr<Synchronizer> sync_;
+};
+
+}  // namespace smoke_ground_reconstruction
+
+PLUGINLIB_EXPORT_CLASS(smoke_ground_reconstruction::ReconstructorNodelet, nodelet::Nodelet)

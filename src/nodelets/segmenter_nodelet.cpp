@@ -1,0 +1,113 @@
+#include <sensor_msgs/PointCloud2.h>
+
+#include <algorithm>
+#include <memory>
+#include <pluginlib/class_list_macros.hpp>
+#include <vector>
+
+#include "smoke_ground_reconstruction/channel_segmentation.hpp"
+#include "smoke_ground_reconstruction/pcl/engines.hpp"
+#include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
+#include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
+#include "smoke_ground_reconstruction/ros/mounting_source.hpp"
+#include "smoke_ground_reconstruction/ros/sensor_models.hpp"
+#include "smoke_ground_reconstruction/ros/tunable_params.hpp"
+#include "smoke_ground_reconstruction/wall_clustering.hpp"
+
+namespace smoke_ground_reconstruction {
+namespace {
+
+// What came of the denoiser is all kept; only what is no return is told apart.
+std::vector<Label> returnsOf(const Scan& scan) {
+  std::vector<Label> labels(scan.size(), Label::kInvalid);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (scan.valid[i] != 0) labels[i] = Label::kKept;
+  }
+  return labels;
+}
+
+// A wall point outside every cluster is no wall for those who come after.
+void dropUnclustered(const std::vector<std::uint32_t>& clusters, std::vector<Label>& labels) {
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] == Label::kWall && clusters[i] == kNoCluster) labels[i] = Label::kKept;
+  }
+}
+
+std::size_t count(const std::vector<Label>& labels, Label label) {
+  return static_cast<std::size_t>(std::count(labels.begin(), labels.end(), label));
+}
+
+}  // namespace
+
+/// Finds floor and walls in a denoised cloud: ~input -> ~ground and ~walls.
+class SegmenterNodelet : public LazyNodelet {
+ private:
+  void setUp() override {
+    sensors_ = std::make_unique<SensorModels>(getPrivateNodeHandle());
+    mounting_ = std::make_unique<MountingSource>(getPrivateNodeHandle());
+    params_ = std::make_unique<TunableParams<SegmenterConfig>>(getMTPrivateNodeHandle());
+  }
+
+  void advertiseOutputs() override {
+    ground_pub_ = advertiseOutput<sensor_msgs::PointCloud2>("ground");
+    walls_pub_ = advertiseOutput<sensor_msgs::PointCloud2>("walls");
+  }
+
+  void startListening() override {
+    input_sub_ = getPrivateNodeHandle().subscribe("input", kQueueSize, &SegmenterNodelet::onCloud,
+                                                  this, ros::TransportHints().tcpNoDelay());
+  }
+
+  void stopListening() override { input_sub_.shutdown(); }
+
+  void onCloud(const sensor_msgs::PointCloud2ConstPtr& msg) {
+    health().inputArrived();
+    handleScan(msg->header, [&](StageTiming& timing) { return segment(*msg, timing); });
+  }
+
+  Kept segment(const sensor_msgs::PointCloud2& msg, StageTiming& timing) {
+    const auto params = params_->get();
+    timing.received(msg);
+    const CloudView cloud(msg);
+    if (!cloud.hasRing()) warnOfDerivedRings(msg);
+    const SensorModel& sensor = sensors_->observe(msg.header.frame_id, cloud.scan());
+    const Scan scan(cloud.scan(), mounting_->at(msg.header, Mounting().sensor_height));
+    timing.finish("organise", cloud.size(), cloud.size());
+
+    auto labels = ChannelSegmentation(params->segmentation).classify(scan, returnsOf(scan), sensor);
+    const std::size_t walls = count(labels, Label::kWall);
+    const std::size_t ground = count(labels, Label::kGround);
+    timing.finish("segment", cloud.size(), ground + walls);
+
+    const auto clusters =
+        WallClustering(params->clustering, findComponentsWithPcl).cluster(scan, labels);
+    dropUnclustered(clusters, labels);
+    const std::size_t kept = ground + count(labels, Label::kWall);
+    timing.finish("cluster", walls, kept - ground);
+
+    publish(cloud, labels, clusters, timing);
+    timing.finish("publish", kept, kept);
+    return {cloud.size(), kept};
+  }
+
+  void publish(const CloudView& cloud, const std::vector<Label>& labels,
+               const std::vector<std::uint32_t>& clusters, StageTiming& timing) {
+    auto fields = missingRing(cloud);
+    timing.published(publishIfHeard(
+        ground_pub_, [&] { return selectPoints(cloud, labels, Label::kGround, fields); }));
+    fields.push_back(AppendedField::of("cluster", clusters));
+    timing.published(publishIfHeard(
+        walls_pub_, [&] { return selectPoints(cloud, labels, Label::kWall, fields); }));
+  }
+
+  std::unique_ptr<SensorModels> sensors_;
+  std::unique_ptr<MountingSource> mounting_;
+  std::unique_ptr<TunableParams<SegmenterConfig>> params_;
+  ros::Publisher ground_pub_;
+  ros::Publisher walls_pub_;
+  ros::Subscriber input_sub_;
+};
+
+}  // namespace smoke_ground_reconstruction
+
+PLUGINLIB_EXPORT_CLASS(smoke_ground_reconstruction::SegmenterNodelet, nodelet::Nodelet)
