@@ -1,0 +1,78 @@
+"""What a node tells /diagnostics of itself, as the nodelets do."""
+
+import threading
+import time
+
+from diagnostic_msgs.msg import DiagnosticStatus
+
+
+class StageHealth:
+    """Input rate, points in and kept, last processing time, last drop; any thread may call."""
+
+    def __init__(self):
+        self._lock = threading.Lock()
+        self._is_listening = False
+        self._since = time.monotonic()
+        self._recent = {"arrived": 0, "done": 0, "dropped": 0}
+        self._total = dict(self._recent)
+        self._points = (0, 0)
+        self._milliseconds = 0.0
+        self._last_drop = "none"
+
+    def set_listening(self, listening: bool) -> None:
+        """Does anybody listen to an output?"""
+        with self._lock:
+            self._is_listening = listening
+
+    def input_arrived(self) -> None:
+        """A message came in on ~input."""
+        with self._lock:
+            self._count("arrived")
+
+    def scan_done(self, points_in: int, points_kept: int, milliseconds: float) -> None:
+        """A scan went through."""
+        with self._lock:
+            self._count("done")
+            self._points = (points_in, points_kept)
+            self._milliseconds = milliseconds
+
+    def scan_dropped(self, reason: str) -> None:
+        """A scan did not."""
+        with self._lock:
+            self._count("dropped")
+            self._last_drop = reason
+
+    def report(self, status):
+        """Fill in the state since the last report and return it."""
+        with self._lock:
+            now = time.monotonic()
+            rate = self._recent["arrived"] / max(now - self._since, 1e-9)
+            status.summary(*self._summary())
+            status.add("input rate [Hz]", f"{rate:g}")
+            status.add("points in", str(self._points[0]))
+            status.add("points kept", str(self._points[1]))
+            status.add("last processing time [ms]", f"{self._milliseconds:g}")
+            status.add("scans done", str(self._total["done"]))
+            status.add("scans dropped", str(self._total["dropped"]))
+            status.add("last drop", self._last_drop)
+            self._since = now
+            self._recent = dict.fromkeys(self._recent, 0)
+        return status
+
+    def _count(self, what):
+        self._recent[what] += 1
+        self._total[what] += 1
+
+    def _summary(self):
+        if not self._is_listening:
+            return DiagnosticStatus.OK, "idle: nobody listens"
+        if self._recent["dropped"]:
+            return DiagnosticStatus.WARN, f"dropped a scan: {self._last_drop}"
+        if self._recent["done"]:
+            return DiagnosticStatus.OK, "running"
+        if self._recent["arrived"]:
+            return (
+                DiagnosticStatus.WARN,
+                "scans come in, but no ground and walls of their stamps",
+            )
+        return DiagnosticStatus.WARN, "no input"

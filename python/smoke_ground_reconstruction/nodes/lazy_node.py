@@ -1,0 +1,152 @@
+"""What the rospy nodes share: lazy inputs, tunable parameters, timing, diagnostics."""
+
+import dataclasses
+import threading
+import time
+
+import diagnostic_updater
+import rospy
+from dynamic_reconfigure.server import Server
+from sensor_msgs.msg import PointCloud2
+
+from smoke_ground_reconstruction.msg import Timing
+
+from ..ros_messages import describe_fields
+from .health import StageHealth
+from .timing import StageTiming
+
+QUEUE_SIZE = 2
+# rospy reads a socket into a buffer of this size; smaller than a cloud, it makes scans queue up.
+BUFFER_SIZE = 1 << 25
+
+
+class LazyNode(rospy.SubscribeListener):
+    """Listens to its inputs only while somebody listens to one of its outputs, or always where
+    ~always_on is set. Bad input drops the scan, with a warning and a diagnostic.
+
+    Parameters
+    ----------
+    params_class, config_class : type
+        The stage's dataclass and the generated dynamic_reconfigure configuration, of equal names.
+    """
+
+    def __init__(self, params_class, config_class):
+        super().__init__()
+        self.health = StageHealth()
+        self._lock = threading.RLock()
+        self._outputs = []
+        self._is_listening = False
+        self._has_warned_of_rings = False
+        self._is_always_on = rospy.get_param("~always_on", False)
+        self._params_class = params_class
+        self.params = params_class()
+        self._server = Server(config_class, self._on_config)
+        self._timing_pub = rospy.Publisher("~timing", Timing, queue_size=QUEUE_SIZE)
+        threading.Thread(target=self._report, daemon=True).start()
+
+    # --- what a node does ---
+
+    def start_listening(self) -> None:
+        """Subscribe to the inputs."""
+        raise NotImplementedError
+
+    def stop_listening(self) -> None:
+        """Unsubscribe."""
+        raise NotImplementedError
+
+    # --- what it is given ---
+
+    def advertise(self, topic: str, message_class) -> rospy.Publisher:
+        """An output; its listeners wake the node once :meth:`start` has run."""
+        publisher = rospy.Publisher(topic, message_class, self, queue_size=QUEUE_SIZE)
+        self._outputs.append(publisher)
+        return publisher
+
+    def start(self) -> None:
+        """Every output is there: begin to listen where somebody does."""
+        self._update_listening()
+
+    def handle_scan(self, header, work) -> None:
+        """Run ``work(timing) -> (points in, points kept)`` on one scan; time it and count it."""
+        timing = StageTiming(header)
+        try:
+            points_in, points_kept = work(timing)
+        except Exception as error:  # the node must outlive whatever a scan brings
+            self.health.scan_dropped(str(error))
+            rospy.logwarn_throttle(5.0, f"Dropped a scan in '{header.frame_id}': {error}")
+            return
+        self.health.scan_done(points_in, points_kept, timing.milliseconds())
+        self._timing_pub.publish(timing.message)
+
+    def warn_of_derived_rings(self, cloud) -> None:
+        """Once in the life of the node."""
+        if not self._has_warned_of_rings:
+            self._has_warned_of_rings = True
+            rospy.logwarn(
+                "The cloud has no 'ring'; rings are derived from elevation. "
+                f"Fields: {describe_fields(cloud)}"
+            )
+
+    # --- listeners ---
+
+    def peer_subscribe(self, topic_name, topic_publish, peer_publish):
+        """rospy's call: somebody listens."""
+        self._update_listening()
+
+    def peer_unsubscribe(self, topic_name, num_peers):
+        """rospy's call: somebody listens no more."""
+        self._update_listening()
+
+    def _update_listening(self):
+        with self._lock:
+            is_heard = self._is_always_on or any(p.get_num_connections() for p in self._outputs)
+            if is_heard == self._is_listening:
+                return
+            self._is_listening = is_heard
+            self.health.set_listening(is_heard)
+            if is_heard:
+                self.start_listening()
+            else:
+                self.stop_listening()
+
+    # --- parameters and diagnostics ---
+
+    def _on_config(self, config, _level):
+        names = [entry.name for entry in dataclasses.fields(self._params_class)]
+        params = self._params_class(**{name: config[name] for name in names})
+        try:
+            params.validate()
+            self.params = params  # a scan in work keeps the set it began with
+        except ValueError as error:
+            rospy.logwarn(f"Kept the parameters as they were: {error}")
+            config.update(dataclasses.asdict(self.params))
+        return config
+
+    def _report(self):
+        updater = diagnostic_updater.Updater()
+        updater.setHardwareID("none")
+        updater.add("scans", self.health.report)
+        while not rospy.is_shutdown():  # on the wall clock: ROS time may stand still
+            updater.force_update()
+            time.sleep(1.0)
+
+
+def publish_if_heard(publisher, make):
+    """Make a message only where somebody takes it, publish it and return it, else None."""
+    if publisher.get_num_connections() == 0:
+        return None
+    message = make()
+    publisher.publish(message)
+    return message
+
+
+def subscribe(topic, callback):
+    """A subscription to a PointCloud2 that keeps the newest scans and drops the rest."""
+    return rospy.Subscriber(
+        topic,
+        PointCloud2,
+        callback,
+        queue_size=QUEUE_SIZE,
+        buff_size=BUFFER_SIZE,
+        tcp_nodelay=True,
+    )
