@@ -36,7 +36,6 @@ add_dependencies(standalone ${PROJECT_NAME}_nodelets)
 install(TARGETS standalone RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
 
 install(FILES nodelets.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
-install(DIRECTORY launch config
-  DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION} OPTIONAL)
+install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 catkin_install_python(PROGRAMS scripts/denoiser_node scripts/reconstructor_node
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
