@@ -39,3 +39,7 @@ install(FILES nodelets.xml DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 install(DIRECTORY launch config rviz DESTINATION ${CATKIN_PACKAGE_SHARE_DESTINATION})
 catkin_install_python(PROGRAMS scripts/denoiser_node scripts/reconstructor_node
   DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})
+
+if(SMOKE_GROUND_WITH_TESTS AND CATKIN_ENABLE_TESTING)
+  add_subdirectory(test/nodelets)
+endif()
