@@ -17,8 +17,9 @@ using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 using Tree = pcl::search::KdTree<pcl::PointXYZ>;
 
 /// Trees compare in single precision: ask for a radius that no rounding can undercut, and decide
-/// afterwards. Single precision errs by about 1e-7 of the coordinates.
-double widened(double radius, double range) { return radius * (1.0 + 1e-5) + 1e-6 * range; }
+/// afterwards. Single precision errs by about 1e-7 of the coordinates, and squares below 1e-19 m
+/// vanish in it.
+double widened(double radius, double range) { return radius * (1.0 + 1e-5) + 1e-6 * range + 1e-15; }
 
 Cloud::Ptr cloudOf(const Scan& scan, const std::vector<std::uint32_t>& points) {
   Cloud::Ptr cloud(new Cloud);
