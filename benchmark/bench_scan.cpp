@@ -1,0 +1,41 @@
+#include "scene.hpp"
+
+namespace smoke_ground_reconstruction {
+namespace {
+
+/// From the driver's packed points to the scan.
+void decode(benchmark::State& state) {
+  const Scene& scene = sceneOf(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    const Scan scan(scene.packedView());
+    benchmark::DoNotOptimize(scan.valid.data());
+  }
+}
+BENCHMARK(decode)->Apply(ringCounts);
+
+/// Learning the beams of an unknown sensor.
+void observe(benchmark::State& state) {
+  const Scene& scene = sceneOf(static_cast<int>(state.range(0)));
+  for (auto _ : state) {
+    SensorModel sensor;
+    sensor.observe(scene.packedView());
+    benchmark::DoNotOptimize(sensor.ringsByElevation().data());
+  }
+}
+BENCHMARK(observe)->Apply(ringCounts);
+
+/// The layout by azimuth and ring.
+void columns(benchmark::State& state) {
+  const Scene& scene = sceneOf(static_cast<int>(state.range(0)));
+  const Scan scan(scene.packedView());
+  const AzimuthBins bins(0.4);
+  const std::vector<std::uint8_t> use(scan.size(), 1);
+  for (auto _ : state) {
+    const ScanColumns laid_out(scan, use, bins, scene.sensor);
+    benchmark::DoNotOptimize(laid_out.order.data());
+  }
+}
+BENCHMARK(columns)->Apply(ringCounts);
+
+}  // namespace
+}  // namespace smoke_ground_reconstruction
