@@ -21,6 +21,7 @@ using simulation::FacetMesh;
 using simulation::SmokeField;
 using simulation::World;
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using Bytes = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
 using Counts = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
 
 /// One array per member of a struct, as numpy sees it.
@@ -103,6 +104,15 @@ simulation::ReturnMode modeOf(const std::string& name) {
   throw std::invalid_argument("mode must be strongest, last or dual, not '" + name + "'");
 }
 
+py::dict columnsOf(const std::vector<simulation::Echo>& echoes) {
+  py::dict out;
+  out["beam"] = column<std::uint32_t>(echoes, [](const auto& echo) { return echo.beam; });
+  out["range"] = column<float>(echoes, [](const auto& echo) { return echo.range; });
+  out["intensity"] = column<float>(echoes, [](const auto& echo) { return echo.intensity; });
+  out["truth"] = column<std::uint8_t>(echoes, [](const auto& echo) { return echo.truth; });
+  return out;
+}
+
 py::dict scan(const World& world, const SmokeField* smoke,
               const simulation::ReceiverParams& receiver, const simulation::Firing& firing,
               const std::string& mode, std::uint64_t seed) {
@@ -112,12 +122,59 @@ py::dict scan(const World& world, const SmokeField* smoke,
     const py::gil_scoped_release unlocked;
     echoes = simulation::ScanSimulator(world, smoke, receiver).scan(firing, return_mode, seed);
   }
-  py::dict out;
-  out["beam"] = column<std::uint32_t>(echoes, [](const auto& echo) { return echo.beam; });
-  out["range"] = column<float>(echoes, [](const auto& echo) { return echo.range; });
-  out["intensity"] = column<float>(echoes, [](const auto& echo) { return echo.intensity; });
-  out["truth"] = column<std::uint8_t>(echoes, [](const auto& echo) { return echo.truth; });
-  return out;
+  return columnsOf(echoes);
+}
+
+/// Columns of a recorded scan, all of one length, as beams.
+std::vector<simulation::MeasuredBeam> measuredBeams(const Doubles& directions,
+                                                    const Doubles& ranges,
+                                                    const Doubles& intensities,
+                                                    const Bytes& truths) {
+  const auto rays = vectorsOf(directions, "directions");
+  const auto count = static_cast<py::ssize_t>(rays.size());
+  if (ranges.size() != count || intensities.size() != count || truths.size() != count) {
+    throw std::invalid_argument("ranges, intensities and truths must be as many as directions");
+  }
+  std::vector<simulation::MeasuredBeam> beams;
+  beams.reserve(rays.size());
+  for (py::ssize_t i = 0; i < count; ++i) {
+    beams.push_back({rays[static_cast<std::size_t>(i)], ranges.data()[i], intensities.data()[i],
+                     truths.data()[i]});
+  }
+  return beams;
+}
+
+py::dict overlay(const SmokeField* smoke, const simulation::ReceiverParams& receiver,
+                 const Doubles& directions, const Doubles& ranges, const Doubles& intensities,
+                 const Bytes& truths, double height, const std::string& mode, std::uint64_t seed) {
+  const auto return_mode = modeOf(mode);
+  const auto beams = measuredBeams(directions, ranges, intensities, truths);
+  const Eigen::Isometry3d pose(Eigen::Translation3d(0.0, 0.0, height));
+  std::vector<simulation::Echo> echoes;
+  {
+    const py::gil_scoped_release unlocked;
+    const World nothing;
+    echoes =
+        simulation::ScanSimulator(nothing, smoke, receiver).overlay(beams, pose, return_mode, seed);
+  }
+  return columnsOf(echoes);
+}
+
+/// tau along rays from one origin.
+py::array_t<double> opticalDepth(const SmokeField& field, const Eigen::Vector3d& origin,
+                                 const Doubles& directions, const Doubles& lengths, double time) {
+  const auto rays = vectorsOf(directions, "directions");
+  if (lengths.size() != directions.shape(0)) {
+    throw std::invalid_argument("lengths must be as many as directions");
+  }
+  py::array_t<double> depths(lengths.size());
+  double* out = depths.mutable_data();
+  const double* length = lengths.data();
+  const py::gil_scoped_release unlocked;
+  for (const auto& direction : rays) {
+    *out++ = field.march({origin, direction}, *length++, time, {}).optical_depth;
+  }
+  return depths;
 }
 
 py::dict expect(const World& world, const SmokeField* smoke,
@@ -205,7 +262,10 @@ void bindSmoke(py::module& m) {
               return field.extinction(place, time);
             });
           },
-          py::arg("positions"), py::arg("time") = 0.0, "alpha (N,) [1/m] at (N, 3) [m].");
+          py::arg("positions"), py::arg("time") = 0.0, "alpha (N,) [1/m] at (N, 3) [m].")
+      .def("optical_depth", &opticalDepth, py::arg("origin"), py::arg("directions"),
+           py::arg("lengths"), py::arg("time") = 0.0,
+           "tau (N,), one way, over `lengths` (N,) [m] along unit vectors (N, 3).");
 }
 
 void bindReceiver(py::module& m) {
@@ -243,6 +303,10 @@ void bindSimulation(py::module& m) {
   m.def("scan", &scan, py::arg("world"), py::arg("smoke").none(true), py::arg("receiver"),
         py::arg("firing"), py::arg("mode"), py::arg("seed"),
         "Echoes: arrays beam, range [m], intensity, truth, in beam order.");
+  m.def("overlay", &overlay, py::arg("smoke").none(true), py::arg("receiver"),
+        py::arg("directions"), py::arg("ranges"), py::arg("intensities"), py::arg("truths"),
+        py::arg("height"), py::arg("mode"), py::arg("seed"),
+        "Echoes of a recorded scan under smoke, as scan(); the sensor is level at `height` [m].");
   m.def("expect", &expect, py::arg("world"), py::arg("smoke").none(true), py::arg("receiver"),
         py::arg("firing"),
         "Per beam: range [m], reflectivity, optical_depth, probability (mode last), material.");

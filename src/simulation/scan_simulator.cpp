@@ -115,10 +115,38 @@ ScanSimulator::Flight ScanSimulator::fly(const Beam& beam) const {
   if (pane.isHit() && pane.cos_incidence > std::cos(receiver_.glass_cone)) {
     flight.glass = hardTarget(pane, transmission);
   }
-  flight.soft.range = passage.soft_range;
-  flight.soft.signal = passage.soft_signal;
-  flight.soft.reflectivity = passage.soft_reflectivity;
-  flight.soft.range_sigma = smoke_ != nullptr ? smoke_->params().range_jitter : 0.0;
+  flight.soft = softTarget(passage);
+  return flight;
+}
+
+ScanSimulator::Target ScanSimulator::softTarget(const SmokeField::Passage& passage) const {
+  Target target;
+  target.range = passage.soft_range;
+  target.signal = passage.soft_signal;
+  target.reflectivity = passage.soft_reflectivity;
+  target.range_sigma = smoke_ != nullptr ? smoke_->params().range_jitter : 0.0;
+  target.truth = kSmokeTruth;
+  return target;
+}
+
+ScanSimulator::Flight ScanSimulator::flyMeasured(const MeasuredBeam& beam,
+                                                 const Eigen::Isometry3d& pose) const {
+  Flight flight;
+  SmokeField::Passage passage;
+  if (smoke_ != nullptr) {
+    const Ray ray{pose.translation(), pose.linear() * beam.direction};
+    passage = smoke_->march(ray, beam.range, 0.0, receiver_.limit);
+  }
+  const double transmission = std::exp(-2.0 * passage.optical_depth);
+  const double clear = beam.intensity / (255.0 * receiver_.intensity_gain);
+  const double surely_seen = std::exp(2.0 * receiver_.detection_sigma);
+  flight.hard.range = beam.range;
+  flight.hard.reflectivity = clear * transmission;
+  flight.hard.signal =
+      std::max(surely_seen, receiver_.limit.signal(clear, beam.range)) * transmission;
+  flight.hard.truth = beam.truth;
+  flight.hard.is_recorded = true;
+  flight.soft = softTarget(passage);
   return flight;
 }
 
@@ -129,10 +157,11 @@ bool ScanSimulator::isDetected(const Target& target, double normal) const {
 Echo ScanSimulator::echoOf(const Target& target, std::uint32_t beam, double normal,
                            double uniform) const {
   double range = target.range + target.range_bias + target.range_sigma * normal;
-  if (receiver_.range_unit > 0.0) {
+  if (receiver_.range_unit > 0.0 && !target.is_recorded) {
     range = std::round(range / receiver_.range_unit) * receiver_.range_unit;
   }
-  const double spread = 1.0 + receiver_.intensity_noise * (2.0 * uniform - 1.0);
+  const double noise = target.is_recorded ? 0.0 : receiver_.intensity_noise;
+  const double spread = 1.0 + noise * (2.0 * uniform - 1.0);
   const double level = 255.0 * receiver_.intensity_gain * target.reflectivity * spread;
   return {beam, static_cast<float>(range), static_cast<float>(std::round(std::min(255.0, level))),
           target.truth};
@@ -144,23 +173,38 @@ std::vector<Echo> ScanSimulator::scan(const Firing& firing, ReturnMode mode,
   std::vector<Echo> echoes;
   echoes.reserve(firing.directions.size());
   for (std::uint32_t i = 0; i < firing.directions.size(); ++i) {
-    Flight flight = fly(beamOf(firing, i));
-    flight.soft.truth = kSmokeTruth;
-    std::array<Candidate, 3> found;  // nearest first: smoke ends where the pane or the wall begins
-    std::size_t count = 0;
-    const auto offer = [&](const Target& target, Draw draw) {
-      const auto normals = random.normals(i, draw);
-      if (isDetected(target, normals.first)) {
-        found[count++] = {target.signal, echoOf(target, i, normals.second,
-                                                random.uniform(i, kIntensityDraw + draw))};
-      }
-    };
-    offer(flight.soft, kSoftDraw);
-    offer(flight.glass, kGlassDraw);
-    offer(flight.hard, kHardDraw);
-    report(found, count, mode, echoes);
+    decide(fly(beamOf(firing, i)), i, random, mode, echoes);
   }
   return echoes;
+}
+
+std::vector<Echo> ScanSimulator::overlay(const std::vector<MeasuredBeam>& beams,
+                                         const Eigen::Isometry3d& pose, ReturnMode mode,
+                                         std::uint64_t seed) const {
+  const CounterRandom random(seed);
+  std::vector<Echo> echoes;
+  echoes.reserve(beams.size());
+  for (std::uint32_t i = 0; i < beams.size(); ++i) {
+    decide(flyMeasured(beams[i], pose), i, random, mode, echoes);
+  }
+  return echoes;
+}
+
+void ScanSimulator::decide(const Flight& flight, std::uint32_t beam, const CounterRandom& random,
+                           ReturnMode mode, std::vector<Echo>& echoes) const {
+  std::array<Candidate, 3> found;  // nearest first: smoke ends where the pane or the wall begins
+  std::size_t count = 0;
+  const auto offer = [&](const Target& target, Draw draw) {
+    const auto normals = random.normals(beam, draw);
+    if (isDetected(target, normals.first)) {
+      const double uniform = random.uniform(beam, kIntensityDraw + draw);
+      found[count++] = {target.signal, echoOf(target, beam, normals.second, uniform)};
+    }
+  };
+  offer(flight.soft, kSoftDraw);
+  offer(flight.glass, kGlassDraw);
+  offer(flight.hard, kHardDraw);
+  report(found, count, mode, echoes);
 }
 
 void ScanSimulator::report(const std::array<Candidate, 3>& found, std::size_t count,

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "smoke_ground_reconstruction/simulation/counter_random.hpp"
 #include "smoke_ground_reconstruction/simulation/raycaster.hpp"
 #include "smoke_ground_reconstruction/simulation/smoke_field.hpp"
 
@@ -77,6 +78,14 @@ struct Echo {
   std::uint8_t truth;
 };
 
+/// One beam of a recorded scan: what it met in clear air.
+struct MeasuredBeam {
+  Eigen::Vector3d direction;  ///< unit vector, sensor frame
+  double range;               ///< [m]
+  double intensity;           ///< 0 .. 255
+  std::uint8_t truth;         ///< class written to its echo
+};
+
 /// What would happen to each beam on average: the physics without the dice.
 struct BeamTruth {
   double range;          ///< of the nearest opaque surface [m], infinite: none
@@ -97,6 +106,13 @@ class ScanSimulator {
   /// larger signal (`strongest`); or both (`dual`).
   std::vector<Echo> scan(const Firing& firing, ReturnMode mode, std::uint64_t seed) const;
 
+  /// Smoke over a recorded scan: real geometry, beam pattern and noise, this simulator's smoke. A
+  /// point keeps its range; its intensity, taken as 255 gain Gamma_app, decides whether it
+  /// survives. A point of intensity 0 still counts as just detected in clear air, for it was
+  /// recorded. \param pose  T_world_sensor of all beams. The world is not looked at.
+  std::vector<Echo> overlay(const std::vector<MeasuredBeam>& beams, const Eigen::Isometry3d& pose,
+                            ReturnMode mode, std::uint64_t seed) const;
+
   /// Expectation of each beam, in beam order.
   std::vector<BeamTruth> expect(const Firing& firing) const;
 
@@ -107,6 +123,7 @@ class ScanSimulator {
     double reflectivity = 0.0;  // apparent
     double range_sigma = 0.0;
     double range_bias = 0.0;
+    bool is_recorded = false;  // range and intensity are a real sensor's: no noise of ours
     std::uint8_t truth = 0;
   };
   struct Beam {
@@ -125,6 +142,10 @@ class ScanSimulator {
 
   Beam beamOf(const Firing& firing, std::size_t beam) const;
   Flight fly(const Beam& beam) const;
+  Flight flyMeasured(const MeasuredBeam& beam, const Eigen::Isometry3d& pose) const;
+  Target softTarget(const SmokeField::Passage& passage) const;
+  void decide(const Flight& flight, std::uint32_t beam, const CounterRandom& random,
+              ReturnMode mode, std::vector<Echo>& echoes) const;
   Target hardTarget(const Hit& hit, double transmission) const;
   bool isDetected(const Target& target, double normal) const;
   void report(const std::array<Candidate, 3>& found, std::size_t count, ReturnMode mode,
