@@ -188,14 +188,20 @@ class FloorSurvival:
         return np.array(
             [
                 detection_by_group(
-                    cell, self._probability(log_signal - 2 * extinction * depth), self._size
+                    cell,
+                    detection_probability(
+                        log_signal - 2 * extinction * depth, self._limit.detection_sigma
+                    ),
+                    self._size,
                 ).sum()
                 for cell, log_signal, depth in self._beams
             ]
         )
 
-    def _probability(self, log_signal):
-        return 0.5 * erfc(-log_signal / (self._limit.detection_sigma * np.sqrt(2.0)))
+
+def detection_probability(log_signal, detection_sigma):
+    """Phi(ln S / sigma_d), elementwise."""
+    return 0.5 * erfc(-log_signal / (detection_sigma * np.sqrt(2.0)))
 
 
 @lru_cache(maxsize=128)

@@ -109,7 +109,9 @@ def simulate(scene, sensor, pose=0, smoke=None, seed=0, mode=None, stamp=0.0):
     return simulate_moving(scene, sensor, poses, pose.height, smoke, seed, mode, stamp)
 
 
-def simulate_moving(scene, sensor, poses, height, smoke=None, seed=0, mode=None, stamp=0.0):
+def simulate_moving(
+    scene, sensor, poses, height, smoke=None, seed=0, mode=None, stamp=0.0, noise_seed=None
+):
     """simulate() for a sensor that moves during the revolution.
 
     Parameters
@@ -118,6 +120,8 @@ def simulate_moving(scene, sensor, poses, height, smoke=None, seed=0, mode=None,
         T_world_sensor at each azimuth step.
     height : float
         Of the sensor above the floor beneath it [m].
+    noise_seed : int, optional
+        Of the dice of one scan, where `seed` keeps the smoke's pattern; the same if not given.
     """
     builder = prepare(scene, sensor, height, stamp)
     firing = firing_of(sensor, poses, stamp)
@@ -128,7 +132,7 @@ def simulate_moving(scene, sensor, poses, height, smoke=None, seed=0, mode=None,
         sensor.receiver_params(),
         firing,
         mode or sensor.return_mode,
-        seed,
+        seed if noise_seed is None else noise_seed,
     )
     fired, beam = beams(sensor), echoes["beam"]
     step = fired.step[beam]

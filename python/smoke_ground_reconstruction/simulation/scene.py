@@ -155,6 +155,10 @@ class Scene:
                 over |= geometry.contains(patch.polygon, points)
         return over
 
+    def error(self, key, message):
+        """A SceneError that names the scene's file and the key."""
+        return SceneError(f"{self.file}: {key}: {message}")
+
     def pose(self, which):
         """A Pose by name, index, or as it is.
 
@@ -171,7 +175,7 @@ class Scene:
             if pose.name == which:
                 return pose
         known = ", ".join(pose.name for pose in self.poses)
-        raise SceneError(f"{self.file}: poses: no pose {which!r} (known: {known})")
+        raise self.error("poses", f"no pose {which!r} (known: {known})")
 
 
 def plane_z(plane, points):

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import asdict, dataclass, replace
+from functools import lru_cache
 
 from .._core import simulation as _simulation
 
@@ -73,7 +74,12 @@ class Smoke:
 
     def field(self, seed):
         """The compiled extinction field of one seed."""
-        return _simulation.SmokeField(self.params(), seed)
+        return _field(self, int(seed))
+
+
+@lru_cache(maxsize=8)
+def _field(smoke, seed):
+    return _simulation.SmokeField(smoke.params(), seed)
 
 
 def meteorological_range(extinction):
