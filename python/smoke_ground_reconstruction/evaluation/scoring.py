@@ -1,0 +1,40 @@
+"""All scores of one method on one scan, as plain numbers."""
+
+from smoke_ground_reconstruction.evaluation.point_scores import denoising_score, segmentation_score
+from smoke_ground_reconstruction.evaluation.world import Truth
+from smoke_ground_reconstruction.evaluation.yardstick import score_floor
+from smoke_ground_reconstruction.reference.label import Label
+
+
+def score_output(output, scan, truths):
+    """Score what a method said of a scan.
+
+    Args:
+        output: methods.Output.
+        scan: ScanInput.
+        truths: FloorTruth by edge of its cells [m].
+
+    Returns:
+        A dict with those of "floor" (by edge of the cells, as text), "denoising", "ground" and
+        "walls" that the output speaks of, and "times" in milliseconds by stage.
+    """
+    scores = {"times": {name: float(value) for name, value in output.times.items()}}
+    if output.surface is not None:
+        level = scan.to_level(output.surface)
+        scores["floor"] = {
+            f"{cell:g}": score_floor(level, truth).to_dict() for cell, truth in truths.items()
+        }
+    if output.kept is not None:
+        scores["denoising"] = _denoising(output.kept, scan)
+    if output.labels is not None:
+        kept, labels, truth = output.kept, output.labels, scan.truth
+        scores["ground"] = segmentation_score(labels == Label.GROUND, truth == Truth.FLOOR, kept)
+        scores["walls"] = segmentation_score(labels == Label.WALL, truth == Truth.WALL, kept)
+    return scores
+
+
+def _denoising(kept, scan):
+    truth = scan.truth
+    return denoising_score(
+        kept, scan.ranges, truth == Truth.SMOKE, truth == Truth.FLOOR, truth == Truth.WALL
+    )

@@ -1,0 +1,73 @@
+"""The simulator as the evaluation uses it: scans and truths by plain names."""
+
+import math
+from functools import lru_cache
+
+from smoke_ground_reconstruction import simulation
+from smoke_ground_reconstruction.evaluation.scan_input import ScanInput
+from smoke_ground_reconstruction.simulation.files import config_directory  # noqa: F401
+
+Truth = simulation.Truth
+LEVELS = tuple(simulation.LEVELS)
+
+MAIN_POSES = {"basic_room": "position_5"}
+"""Poses that stand for a scene where that is not the first: the thesis's smoke test stood here."""
+
+
+@lru_cache(maxsize=None)
+def _scene(name):
+    return simulation.load_scene(name)
+
+
+@lru_cache(maxsize=None)
+def _sensor(name):
+    return simulation.load_sensor(name)
+
+
+def scenes():
+    """Names of all scenes."""
+    return tuple(simulation.scene_names())
+
+
+def title(scene):
+    """A scene's title."""
+    return _scene(scene).title
+
+
+def is_bounded(scene):
+    """Has the scene neither windows nor doorways nor open doors?"""
+    return bool(_scene(scene).bounded)
+
+
+def poses(scene, which="all"):
+    """Names of a scene's poses: "all" of them, or the "main" one alone."""
+    names = tuple(pose.name for pose in _scene(scene).poses)
+    return names if which == "all" else (MAIN_POSES.get(scene, names[0]),)
+
+
+def scan(scene, sensor, pose, level, seed):
+    """One scan as a ScanInput; the same for the same arguments."""
+    simulated = simulation.level_scan(scene, sensor, pose, level, seed)
+    return ScanInput.of(simulated, tuple(_sensor(sensor).elevation_deg))
+
+
+def truth(scene, sensor, pose, cell, level, seed=0):
+    """The FloorTruth that belongs to a scan, in cells of an edge [m]."""
+    return simulation.level_truth(scene, sensor, pose, level, seed, cell)
+
+
+def calibration(scene, sensor, pose, level):
+    """The smoke of a level as plain numbers.
+
+    Returns:
+        mean_extinction [1/m], visibility (meteorological range [m], None in clear air), and the
+        share of floor cells kept, as found and as wanted.
+    """
+    found = simulation.calibrate(_scene(scene), _sensor(sensor), pose, level)
+    visibility = found.meteorological_range
+    return {
+        "mean_extinction": float(found.mean_extinction),
+        "visibility": float(visibility) if math.isfinite(visibility) else None,
+        "share": float(found.share),
+        "wanted": float(found.target),
+    }
