@@ -1,0 +1,158 @@
+"""`smoke_ground evaluate` and `smoke_ground figures`: the thesis's experiments on any method."""
+
+import json
+import sys
+import warnings
+from pathlib import Path
+
+from smoke_ground_reconstruction.console import CommandError, note, progress
+
+DEFAULT_METHODS = ("raw_cloud", "polar_segments")
+SENSOR = "qt128"
+
+
+def add_parser(subparsers):
+    """Add both commands to an argparse subparsers object."""
+    _add_evaluate(subparsers)
+    _add_figures(subparsers)
+
+
+def _add_evaluate(subparsers):
+    parser = subparsers.add_parser(
+        "evaluate",
+        help="score methods on simulated rooms in smoke",
+        description="Scores methods on simulated rooms: JSON for machines, one HTML page for"
+        " people, and the tables of the thesis beside what it prints.",
+    )
+    parser.add_argument(
+        "methods",
+        nargs="*",
+        metavar="METHOD",
+        help="names (see --list), parameter files .yaml, or DENOISER+METHOD;"
+        f" default: {' '.join(DEFAULT_METHODS)}",
+    )
+    parser.add_argument("--list", action="store_true", help="list methods, scenes and levels")
+    parser.add_argument("--scenes", nargs="+", metavar="SCENE", help="default: all")
+    parser.add_argument("--levels", nargs="+", metavar="LEVEL", help="smoke levels; default: all")
+    parser.add_argument("--seeds", type=int, default=10, help="scans a scene and level")
+    parser.add_argument("--poses", choices=("main", "all"), default="main")
+    parser.add_argument("--sensor", default=SENSOR)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--output", default="out/evaluation", metavar="FOLDER")
+    parser.add_argument(
+        "--result",
+        metavar="FILE",
+        help="score the floors in this .bag, .npz or .pcd instead of running methods; the scene,"
+        " level and pose it was made in must be given",
+    )
+    parser.add_argument("--pose", help="pose of --result; default: the scene's main pose")
+    parser.set_defaults(run=run_evaluate)
+
+
+def _add_figures(subparsers):
+    parser = subparsers.add_parser(
+        "figures",
+        help="draw one figure of the thesis",
+        description="Draws one figure of the thesis on simulated rooms and prints the numbers"
+        " behind it as JSON.",
+    )
+    parser.add_argument("figure", metavar="FIGURE", help="number in the thesis, or 'agdor'")
+    parser.add_argument("output", metavar="OUT.png")
+    parser.add_argument("--method", default="polar_segments", help="that reconstructs the floor")
+    parser.add_argument("--sensor", default=SENSOR)
+    parser.add_argument("--seed", type=int, default=0, help="of the smoke")
+    parser.set_defaults(run=run_figures)
+
+
+def run_figures(arguments):
+    """Draw one figure. Returns the exit code."""
+    from smoke_ground_reconstruction.evaluation.figures import FIGURES, Request
+
+    if arguments.figure not in FIGURES:
+        raise CommandError(f"no figure '{arguments.figure}' (there are {', '.join(FIGURES)})")
+    request = Request(arguments.method, arguments.sensor, arguments.seed)
+    figure, numbers = FIGURES[arguments.figure](request)
+    figure.savefig(arguments.output)
+    print(json.dumps(numbers, indent=2))
+    note(f"wrote {arguments.output}")
+    return 0
+
+
+def run_evaluate(arguments):
+    """Evaluate. Returns the exit code."""
+    if arguments.list:
+        return _list()
+    if arguments.result:
+        return _evaluate_result(arguments)
+    from smoke_ground_reconstruction.evaluation import results, runner
+
+    plan = _plan(arguments)
+    jobs = len(plan.jobs())
+    records = runner.run(plan, arguments.processes, lambda items: progress(items, jobs, "scan"))
+    found = results.collect(plan, records)
+    folder = Path(arguments.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    results.write_json(found, folder / "results.json")
+    tables = results.write_report(found, plan, folder / "report.html")
+    print("\n\n".join(table.text() for table in tables))
+    note(f"wrote {folder / 'results.json'} and {folder / 'report.html'}")
+    return 0
+
+
+def _plan(arguments):
+    from smoke_ground_reconstruction.evaluation import runner, world
+
+    _require_known("scene", arguments.scenes, world.scenes())
+    _require_known("level", arguments.levels, world.LEVELS)
+    for name, value in (("seeds", arguments.seeds), ("processes", arguments.processes)):
+        if value < 1:
+            raise CommandError(f"--{name} must be at least 1, not {value}")
+    with warnings.catch_warnings(record=True) as left_out:
+        warnings.simplefilter("always")
+        methods = runner.available(arguments.methods or DEFAULT_METHODS)
+    for warning in left_out:
+        note(str(warning.message))
+    if not methods:
+        raise CommandError("none of the methods can run here")
+    return runner.Plan(
+        methods=methods,
+        scenes=tuple(arguments.scenes or world.scenes()),
+        levels=tuple(arguments.levels or world.LEVELS),
+        seeds=arguments.seeds,
+        poses=arguments.poses,
+        sensor=arguments.sensor,
+    )
+
+
+def _require_known(kind, names, known):
+    for name in names or ():
+        is_file = kind == "scene" and name.endswith((".yaml", ".yml"))
+        if name not in known and not is_file:
+            raise CommandError(f"unknown {kind} '{name}' (known: {', '.join(known)})")
+
+
+def _list():
+    from smoke_ground_reconstruction.evaluation import world
+    from smoke_ground_reconstruction.evaluation.methods import METHODS
+
+    for entry in METHODS.values():
+        print(f"{entry.name:22} {entry.kind:10} {entry.about}")
+    print("scenes:", ", ".join(world.scenes()))
+    print("levels:", ", ".join(world.LEVELS))
+    return 0
+
+
+def _evaluate_result(arguments):
+    """Score the floors of a file against the scene they were made in; prints JSON."""
+    from smoke_ground_reconstruction.evaluation import results, world
+
+    if len(arguments.scenes or ()) != 1 or len(arguments.levels or ()) != 1:
+        raise CommandError("--result needs one --scenes SCENE and one --levels LEVEL")
+    scene, level = arguments.scenes[0], arguments.levels[0]
+    _require_known("scene", [scene], world.scenes())
+    _require_known("level", [level], world.LEVELS)
+    pose = arguments.pose or world.poses(scene, "main")[0]
+    scores = results.score_file(arguments.result, scene, arguments.sensor, pose, level)
+    json.dump(scores, sys.stdout, indent=2)
+    print()
+    return 0
