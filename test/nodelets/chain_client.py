@@ -132,32 +132,35 @@ class ChainTestCase(unittest.TestCase):
         return listeners if len(listeners) > 1 else listeners[0]
 
     @classmethod
-    def next_header(cls, frame_id="lidar"):
+    def next_header(cls, frame_id):
         """A header of its own stamp, with nanoseconds that a double would round off."""
         cls._count += 1
         return Header(stamp=rospy.Time(1_600_000_000 + cls._count, 123_456_789), frame_id=frame_id)
 
-    def publish(self, make_cloud):
+    def publish(self, make_cloud, frame_id="lidar"):
         """Publish ``make_cloud(header)`` and return its stamp."""
-        cloud = make_cloud(self.next_header())
+        cloud = make_cloud(self.next_header(frame_id))
         self.cloud_pub.publish(cloud)
         return cloud.header.stamp
 
     def wake(self, make_cloud, *listeners):
         """Publish scans until each listener has got an answer to one of them: all is connected."""
+        patience = 0.5  # [s]; doubled, because a busy machine may take long for a scan
 
         def answered():
+            nonlocal patience
             stamp = self.publish(make_cloud)
+            patience *= 2
             try:
                 for listener in listeners:
-                    listener.wait(stamp, deadline=1.0)
+                    listener.wait(stamp, deadline=patience)
             except AssertionError:
                 return False
             return True
 
         wait_until(answered, "an answer to a scan")
 
-    def ask(self, make_cloud, *listeners):
+    def ask(self, make_cloud, *listeners, **options):
         """The answers of a chain that is awake to one scan."""
-        stamp = self.publish(make_cloud)
+        stamp = self.publish(make_cloud, **options)
         return [listener.wait(stamp) for listener in listeners]
