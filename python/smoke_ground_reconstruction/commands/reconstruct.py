@@ -82,11 +82,17 @@ def _params(arguments: argparse.Namespace, scans: Iterable[LidarScan]) -> Params
         reconstructor["sensor_height"] = arguments.sensor_height
     params = Params.from_dict(groups)
     if "sensor_height" not in reconstructor:
-        params.reconstructor.sensor_height = _estimated_height(arguments.input, scans)
+        params.reconstructor.sensor_height = estimated_height(arguments.input, scans)
     return params
 
 
-def _estimated_height(path: str, scans: Iterable[LidarScan]) -> float:
+def estimated_height(path: str, scans: Iterable[LidarScan]) -> float:
+    """Height of the sensor [m], told from the first scans of a file, with a note about it.
+
+    Raises
+    ------
+    CommandError : no scan shows the floor well enough.
+    """
     heights, reason = [], None
     for scan in itertools.islice(scans, _HEIGHT_SCANS):
         try:

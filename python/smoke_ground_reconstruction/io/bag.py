@@ -49,7 +49,7 @@ class Scans:
     """
 
     def __init__(self, path: str, topic: Optional[str] = None, index: Optional[int] = None):
-        self._path = path
+        self.path = path
         with _opened(path) as bag:
             clouds = _topics(bag, CLOUD_TYPE)
         self.topic = _chosen_topic(path, clouds, topic)
@@ -63,7 +63,7 @@ class Scans:
         return self._total if self._index is None else 1
 
     def __iter__(self) -> Iterator[LidarScan]:
-        with _opened(self._path) as bag:
+        with _opened(self.path) as bag:
             for number, raw in enumerate(bag.read_messages(topics=[self.topic], raw=True)):
                 if self._index is None or number == self._index:
                     yield self._scan(number, raw)
@@ -73,10 +73,10 @@ class Scans:
         try:
             points = ros_messages.read_cloud(message)
         except ros_messages.CloudError as error:
-            raise DataError(f"{self._path}: scan {number} of {self.topic}: {error}") from error
+            raise DataError(f"{self.path}: scan {number} of {self.topic}: {error}") from error
         if not points.has_ring and not self._noted_ring:
             self._noted_ring = True
-            note(f"{self._path}: no field 'ring'; told from the points' elevations")
+            note(f"{self.path}: no field 'ring'; told from the points' elevations")
         return LidarScan(
             xyz=points.xyz,
             intensity=points.intensity,
@@ -98,7 +98,7 @@ class Floors:
     """
 
     def __init__(self, path: str, index: Optional[int] = None):
-        self._path = path
+        self.path = path
         with _opened(path) as bag:
             clouds, outlines = _topics(bag, CLOUD_TYPE), _topics(bag, BOUNDARY_TYPE)
         self._topics = {
@@ -125,7 +125,7 @@ class Floors:
         """Messages of one stamp, by the end of their topic; in the order of their first message."""
         kinds = {topic: kind for kind, topic in self._topics.items() if topic is not None}
         waiting: Dict[int, Dict[str, object]] = {}
-        with _opened(self._path) as bag:
+        with _opened(self.path) as bag:
             for raw in bag.read_messages(topics=list(kinds), raw=True):
                 message = _decoded(raw)
                 group = waiting.setdefault(message.header.stamp.to_nsec(), {})
@@ -140,7 +140,7 @@ class Floors:
         surface = group[SURFACE]
         points = ros_messages.structured_points(surface)
         fields = {name: np.ascontiguousarray(points[name]) for name in points.dtype.names}
-        floor = floor_from_fields(self._path, fields)
+        floor = floor_from_fields(self.path, fields)
         return dataclasses.replace(
             floor,
             **_outline(group.get(BOUNDARY)),
@@ -159,10 +159,10 @@ class FloorWriter:
 
     def __init__(self, path: str):
         self._stack = contextlib.ExitStack()
-        self._path = path
+        self.path = path
 
     def __enter__(self) -> "FloorWriter":
-        part = self._stack.enter_context(replacing(self._path))
+        part = self._stack.enter_context(replacing(self.path))
         self._bag = self._stack.enter_context(rosbag.Bag(part, "w"))
         return self
 
