@@ -1,4 +1,4 @@
-"""`smoke_ground evaluate` and `smoke_ground figures`: the thesis's experiments on any method."""
+"""`smoke_ground evaluate`, `figures` and `tune`: the thesis's experiments on any method."""
 
 import json
 import sys
@@ -12,9 +12,10 @@ SENSOR = "qt128"
 
 
 def add_parser(subparsers):
-    """Add both commands to an argparse subparsers object."""
+    """Add the commands to an argparse subparsers object."""
     _add_evaluate(subparsers)
     _add_figures(subparsers)
+    _add_tune(subparsers)
 
 
 def _add_evaluate(subparsers):
@@ -62,6 +63,27 @@ def _add_figures(subparsers):
     parser.add_argument("--sensor", default=SENSOR)
     parser.add_argument("--seed", type=int, default=0, help="of the smoke")
     parser.set_defaults(run=run_figures)
+
+
+def _add_tune(subparsers):
+    parser = subparsers.add_parser(
+        "tune",
+        help="search polar_segments' best parameters on the basic room",
+        description="Searches the parameters under which polar_segments does its best on the basic"
+        " room in heavy smoke; this made config/polar_segments_best.yaml.",
+    )
+    parser.add_argument("output", metavar="OUT.yaml")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.set_defaults(run=run_tune)
+
+
+def run_tune(arguments):
+    """Tune. Returns the exit code."""
+    from smoke_ground_reconstruction.evaluation import tuning
+
+    tuning.write(arguments.output, *tuning.tune(arguments.processes, note))
+    note(f"wrote {arguments.output}")
+    return 0
 
 
 def run_figures(arguments):

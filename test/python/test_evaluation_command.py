@@ -1,0 +1,116 @@
+"""The commands `evaluate` and `figures` on the basic room."""
+
+import json
+
+import numpy as np
+import pytest
+
+from evaluation_truths import points_of_cells
+
+pytest.importorskip("smoke_ground_reconstruction._core", reason="the package is not built")
+
+from smoke_ground_reconstruction import cli
+from smoke_ground_reconstruction.evaluation import world
+from smoke_ground_reconstruction.io import npz
+from smoke_ground_reconstruction.io.clouds import Floor
+
+ROOM = ("basic_room", "qt128", "position_5")
+
+
+def error_line(capsys, *arguments):
+    assert cli.main(list(arguments)) == 1
+    lines = capsys.readouterr().err.strip().splitlines()
+    assert len(lines) == 1
+    return lines[0]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["figures", "9.9", "out.png"], "no figure '9.9' (there are 2.1, "),
+        (["evaluate", "--scenes", "moon"], "unknown scene 'moon' (known: "),
+        (["evaluate", "--levels", "foggy"], "unknown level 'foggy' (known: clear, light"),
+        (["evaluate", "magic"], "unknown method 'magic' (known: raw_cloud"),
+        (["evaluate", "--seeds", "0"], "--seeds must be at least 1, not 0"),
+        (["evaluate", "--result", "x.npz"], "--result needs one --scenes SCENE"),
+        (
+            ["evaluate", "--result", "x.npz", "--scenes", "basic_room", "--levels", "clear"]
+            + ["--pose", "roof"],
+            "no pose 'roof'",
+        ),
+    ],
+)
+def test_bad_arguments_end_in_one_line(capsys, arguments, text):
+    assert text in error_line(capsys, *arguments)
+
+
+def test_list_names_methods_scenes_and_levels(capsys):
+    assert cli.main(["evaluate", "--list"]) == 0
+    shown = capsys.readouterr().out
+    assert "polar_segments" in shown
+    assert "basic_room" in shown
+    assert "very_heavy" in shown
+
+
+def write_true_floor(path, cell, shift):
+    truth = world.truth(*ROOM, cell, "clear")
+    xyz = points_of_cells(truth, truth.visible_floor) + [shift, 0, 0]
+    count = len(xyz)
+    floor = Floor(
+        xyz=xyz.astype(np.float32),
+        ring=np.zeros(count, np.uint16),
+        provenance=np.zeros(count, np.uint8),
+        confidence=np.ones(count, np.float32),
+        intensity=np.zeros(count, np.float32),
+    )
+    npz.write_floor(str(path), floor)
+    return truth
+
+
+def scores_of(capsys, path):
+    arguments = ["--result", str(path), "--scenes", ROOM[0], "--levels", "clear"]
+    assert cli.main(["evaluate", *arguments]) == 0
+    return json.loads(capsys.readouterr().out)["floors"][0]
+
+
+def test_true_floor_in_a_file_scores_one(capsys, tmp_path):
+    path = tmp_path / "floor.npz"
+    write_true_floor(path, 0.1, shift=0.0)
+    scores = scores_of(capsys, path)
+    for cell in ("0.2", "0.1"):
+        assert scores[cell]["iou"] == 1.0
+        assert scores[cell]["height"]["mean_abs"] < 1e-6
+
+
+def test_shifted_floor_in_a_file_scores_what_the_shift_takes(capsys, tmp_path):
+    """Shifted by one 0.2 m cell: the claimed cells move by one column, the ignored disc stays."""
+    path = tmp_path / "floor.npz"
+    truth = write_true_floor(path, 0.2, shift=0.2)
+    counts = truth.visible_floor & ~truth.under_sensor
+    claimed = np.roll(truth.visible_floor, 1, axis=1) & ~truth.under_sensor
+    expected = np.count_nonzero(claimed & counts) / np.count_nonzero(claimed | counts)
+    scores = scores_of(capsys, path)
+    assert scores["0.2"]["iou"] == pytest.approx(expected)
+    assert expected < 0.96
+
+
+def test_figure_is_drawn_with_its_numbers(capsys, tmp_path):
+    path = tmp_path / "figure.png"
+    assert cli.main(["figures", "5.6", str(path)]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    assert numbers["Point cloud without smoke"]["recall"] > 0.9
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_evaluation_writes_numbers_and_a_page(capsys, tmp_path):
+    arguments = ["raw_cloud", "intensity_threshold", "--scenes", "basic_room", "--seeds", "1"]
+    arguments += ["--levels", "heavy", "--processes", "1", "--output", str(tmp_path)]
+    assert cli.main(["evaluate", *arguments]) == 0
+    found = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    rows = {row["method"]: row for row in found["summary"]}
+    assert rows["raw_cloud"]["iou@0.2"]["mean"] == pytest.approx(0.62, abs=0.08)
+    assert rows["intensity_threshold"]["smoke_removed"]["mean"] > 0.99
+    assert found["smoke"][0]["share"] == pytest.approx(0.66, abs=0.01)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "http" not in page
+    assert "raw_cloud" in page
