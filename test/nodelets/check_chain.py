@@ -14,7 +14,7 @@ sys.path.insert(0, os.path.dirname(os.path.realpath(__file__)))
 from chain_client import NS, ChainTestCase, values_of, wait_until
 from cloud_layouts import LAYOUTS, cloud_of
 
-from rooms import HALF_LENGTH, HALF_WIDTH, HEIGHT, box_room
+from box_room import HALF_LENGTH, HALF_WIDTH, HEIGHT, box_room
 from smoke_ground_reconstruction import Params, Pipeline
 from smoke_ground_reconstruction.ros_messages import read_cloud, structured_points
 
