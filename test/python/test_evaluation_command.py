@@ -67,29 +67,31 @@ def write_true_floor(path, cell, shift):
     return truth
 
 
-def scores_of(capsys, path):
+def scores_of(path):
+    folder = path.parent / "scores"
     arguments = ["--result", str(path), "--scenes", ROOM[0], "--levels", "clear"]
-    assert cli.main(["evaluate", *arguments]) == 0
-    return json.loads(capsys.readouterr().out)["floors"][0]
+    assert cli.main(["evaluate", *arguments, "--output", str(folder)]) == 0
+    assert "http" not in (folder / "report.html").read_text(encoding="utf-8")
+    return json.loads((folder / "results.json").read_text(encoding="utf-8"))["floors"][0]
 
 
-def test_true_floor_in_a_file_scores_one(capsys, tmp_path):
+def test_true_floor_in_a_file_scores_one(tmp_path):
     path = tmp_path / "floor.npz"
     write_true_floor(path, 0.1, shift=0.0)
-    scores = scores_of(capsys, path)
+    scores = scores_of(path)
     for cell in ("0.2", "0.1"):
         assert scores[cell]["iou"] == 1.0
         assert scores[cell]["height"]["mean_abs"] < 1e-6
 
 
-def test_shifted_floor_in_a_file_scores_what_the_shift_takes(capsys, tmp_path):
+def test_shifted_floor_in_a_file_scores_what_the_shift_takes(tmp_path):
     """Shifted by one 0.2 m cell: the claimed cells move by one column, the ignored disc stays."""
     path = tmp_path / "floor.npz"
     truth = write_true_floor(path, 0.2, shift=0.2)
     counts = truth.visible_floor & ~truth.under_sensor
     claimed = np.roll(truth.visible_floor, 1, axis=1) & ~truth.under_sensor
     expected = np.count_nonzero(claimed & counts) / np.count_nonzero(claimed | counts)
-    scores = scores_of(capsys, path)
+    scores = scores_of(path)
     assert scores["0.2"]["iou"] == pytest.approx(expected)
     assert expected < 0.96
 

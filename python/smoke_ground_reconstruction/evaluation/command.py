@@ -1,7 +1,6 @@
 """`smoke_ground evaluate`, `figures` and `tune`: the thesis's experiments on any method."""
 
 import json
-import sys
 import warnings
 from pathlib import Path
 
@@ -165,8 +164,9 @@ def _list():
 
 
 def _evaluate_result(arguments):
-    """Score the floors of a file against the scene they were made in; prints JSON."""
+    """Score the floors of a file against the scene they were made in."""
     from smoke_ground_reconstruction.evaluation import results, world
+    from smoke_ground_reconstruction.evaluation.result_file import ResultFile
 
     if len(arguments.scenes or ()) != 1 or len(arguments.levels or ()) != 1:
         raise CommandError("--result needs one --scenes SCENE and one --levels LEVEL")
@@ -174,7 +174,11 @@ def _evaluate_result(arguments):
     _require_known("scene", [scene], world.scenes())
     _require_known("level", [level], world.LEVELS)
     pose = arguments.pose or world.poses(scene, "main")[0]
-    scores = results.score_file(arguments.result, scene, arguments.sensor, pose, level)
-    json.dump(scores, sys.stdout, indent=2)
-    print()
+    found = ResultFile(arguments.result, scene, arguments.sensor, pose, level)
+    folder = Path(arguments.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    results.write_json(found.to_dict(), folder / "results.json")
+    (folder / "report.html").write_text(found.page(), encoding="utf-8")
+    print(found.table().text())
+    note(f"wrote {folder / 'results.json'} and {folder / 'report.html'}")
     return 0

@@ -73,31 +73,6 @@ def _finite(value):
     return value
 
 
-def score_file(path, scene, sensor, pose, level):
-    """Score every floor of a result file against the scene it was made in.
-
-    Args:
-        path: .bag, .npz or .pcd.
-        scene, sensor, pose, level: where it was made; the pose gives the tilt.
-
-    Returns:
-        A dict: floors (list of {"0.2": ..., "0.1": ...}) and the scene's names.
-    """
-    from smoke_ground_reconstruction.evaluation.yardstick import CELL_SIZES, score_floor
-    from smoke_ground_reconstruction.io import files
-
-    scan = world.scan(scene, sensor, pose, level, 0)
-    truths = {cell: world.truth(scene, sensor, pose, cell, level) for cell in CELL_SIZES}
-    floors = [
-        {
-            f"{cell:g}": score_floor(scan.to_level(floor.xyz), truth).to_dict()
-            for cell, truth in truths.items()
-        }
-        for floor in files.open_floors(path)
-    ]
-    return {"scene": scene, "pose": pose, "level": level, "floors": floors}
-
-
 def write_report(found, plan, path):
     """Write the HTML page.
 
