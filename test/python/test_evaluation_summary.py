@@ -117,3 +117,16 @@ def test_page_escapes_names_and_loads_nothing():
     assert "&lt;script&gt;" in page
     assert "http" not in page
     assert "src=" not in page
+
+
+def test_feature_table_pairs_the_two_versions():
+    ground = {"true_positive": 9, "false_positive": 1, "precision": 0.9, "recall": 0.5, "f1": 0.6}
+    better = dict(ground, precision=0.95, recall=0.4)
+    records = [
+        record("box", 0, method="channel_original", ground=ground),
+        record("box", 0, method="channel", ground=better),
+        record("hall", 0, method="channel", ground=better),
+    ]
+    shown = tables.feature_table(summarise(records, ["0.2"])).rows
+    assert shown[0] == ["box", "heavy", "0.9000", "0.9500", "0.5000", "0.4000"]
+    assert "hall" not in [row[0] for row in shown]  # only one of the two was run there

@@ -88,10 +88,14 @@ def write_report(found, plan, path):
         thesis_tables, html = _thesis_section(found, plan, name)
         shown += thesis_tables
         sections.append((f"Beside the thesis: {name}", html))
+    feature = tables.feature_table(_overview(found["summary"]))
+    if feature.rows:
+        shown.append(feature)
+        sections.append(("The 30 mm feature", report.table_html(feature)))
     points = tables.point_table("Points: denoising and segmentation", found["summary"])
     if points.rows:
         html = report.table_html(points) + _ranges(found["records"])
-        sections.append(("Denoising and segmentation", html))
+        sections.append(("Denoising and segmentation", html + _curves(plan)))
     sections.append(("Smoke", report.table_html(tables.smoke_table(found["smoke"]))))
     failures = _failures(found["records"])
     if failures:
@@ -161,7 +165,10 @@ def _thesis_section(found, plan, name):
     ]
     html = "".join(report.table_html(table) for table in shown)
     html += "".join(report.paragraph(text) for text in tables.WHY_OURS_DIFFERS)
-    for number in ("5.2", "5.5", "5.6", "5.7"):
+    numbers = ["5.2", "5.5", "5.6", "5.7"]
+    if figures.COMPLEX in plan.scenes:
+        numbers += ["5.3", "5.4"]
+    for number in numbers:
         drawn, _ = figures.FIGURES[number](request)
         html += report.figure_html(drawn, f"As Figure {number} of the thesis: {name}")
     return shown, html
@@ -175,6 +182,15 @@ def _ranges(records):
         table = tables.range_table(f"{name}, {scene}, {level}", group)
         parts.append(report.table_html(table))
     return report.details("Denoising by range", "".join(parts)) if parts else ""
+
+
+def _curves(plan):
+    """The curves of all denoisers, where a denoiser was run on their room."""
+    has_denoiser = any(method(name).kind == "denoiser" for name in plan.methods)
+    if not has_denoiser or figures.BASIC not in plan.scenes or "heavy" not in plan.levels:
+        return ""
+    drawn, _ = figures.FIGURES["agdor"](figures.Request(sensor=plan.sensor))
+    return report.figure_html(drawn, "Smoke removed against floor kept, over each parameter")
 
 
 def _failures(records):

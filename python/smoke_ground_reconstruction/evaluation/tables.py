@@ -106,6 +106,28 @@ def point_table(title, rows):
     return Table(title, ["method", "scene", "smoke", "scans"] + list(names.values()), shown, note)
 
 
+def feature_table(rows):
+    """Ground precision and recall without and with the 30 mm feature, by scene and smoke.
+
+    Args:
+        rows: of summary.summarise; those of `channel` and `channel_original` are used.
+    """
+    by_method = {(row["method"], row["scene"], row["level"]): row for row in rows}
+    shown = []
+    for (method, scene, level), with_feature in by_method.items():
+        without = by_method.get(("channel_original", scene, level))
+        if method == "channel" and without and "ground_precision" in without:
+            pair = (without, with_feature)
+            shown.append(
+                [scene, level]
+                + [f"{row['ground_precision']['mean']:.4f}" for row in pair]
+                + [f"{row['ground_recall']['mean']:.4f}" for row in pair]
+            )
+    columns = ["scene", "smoke", "precision without", "with", "recall without", "with"]
+    note = "Ground points after AGDOR, mean over scans; recall among the points AGDOR kept."
+    return Table("The thesis's 30 mm range-step feature", columns, shown, note)
+
+
 def range_table(title, records):
     """Denoising by range: records of one method, scene and level, pooled over scans."""
     pooled = []
