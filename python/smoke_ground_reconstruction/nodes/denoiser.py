@@ -32,6 +32,11 @@ class DenoiserNode(LazyNode):
         """Unsubscribe."""
         self._input_sub.unregister()
 
+    def repair(self, config):
+        """At least one count must be allowed."""
+        if config["max_neighbors"] != 0:
+            config["max_neighbors"] = max(config["max_neighbors"], config["min_neighbors"] + 1)
+
     def _on_cloud(self, msg):
         self.health.input_arrived()
         self.handle_scan(msg.header, lambda timing: self._denoise(msg, timing))

@@ -54,6 +54,9 @@ class LazyNode(rospy.SubscribeListener):
         """Unsubscribe."""
         raise NotImplementedError
 
+    def repair(self, config) -> None:
+        """Move what can be moved to the nearest allowed value; what stays wrong is refused."""
+
     # --- what it is given ---
 
     def advertise(self, topic: str, message_class) -> rospy.Publisher:
@@ -112,6 +115,7 @@ class LazyNode(rospy.SubscribeListener):
     # --- parameters and diagnostics ---
 
     def _on_config(self, config, _level):
+        self.repair(config)
         names = [entry.name for entry in dataclasses.fields(self._params_class)]
         params = self._params_class(**{name: config[name] for name in names})
         try:

@@ -10,7 +10,7 @@ from visualization_msgs.msg import MarkerArray
 from smoke_ground_reconstruction.cfg import ReconstructorConfig
 from smoke_ground_reconstruction.msg import FloorBoundary
 
-from ..params import ReconstructorParams
+from ..params import ReconstructorParams, divides_circle
 from ..reference.occupancy import rasterize
 from ..reference.polar_segments import PolarSegments
 from ..reference.scan import ScanView
@@ -66,6 +66,10 @@ class ReconstructorNode(LazyNode):
         for subscriber in self._subscribers:
             subscriber.unregister()
 
+    def repair(self, config):
+        """Segments must divide the circle."""
+        config["segment_angle_deg"] = nearest_divisor_of_360(config["segment_angle_deg"])
+
     def _on_scan(self, raw, ground, walls):
         self.handle_scan(raw.header, lambda timing: self._reconstruct(raw, ground, walls, timing))
 
@@ -118,6 +122,13 @@ class ReconstructorNode(LazyNode):
         if self._rings is None:
             return SensorModel()
         return SensorModel.from_elevations([elevation for elevation, _ in self._rings])
+
+
+def nearest_divisor_of_360(width_deg: float) -> float:
+    """The angle next to `width_deg` that divides 360 into 4 to 36,000 bins."""
+    if not width_deg > 0.0 or divides_circle(width_deg):
+        return width_deg
+    return 360.0 / min(max(round(360.0 / width_deg), 4), 36000)
 
 
 def _view_of(msg):
