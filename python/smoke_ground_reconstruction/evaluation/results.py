@@ -96,7 +96,8 @@ def write_report(found, plan, path):
     if points.rows:
         html = report.table_html(points) + _ranges(found["records"])
         sections.append(("Denoising and segmentation", html + _curves(plan)))
-    sections.append(("Smoke", report.table_html(tables.smoke_table(found["smoke"]))))
+    smoke = report.table_html(tables.smoke_table(found["smoke"])) + _effects(plan)
+    sections.append(("Smoke", smoke))
     failures = _failures(found["records"])
     if failures:
         sections.append(("Scans that a method refused", failures))
@@ -182,6 +183,19 @@ def _ranges(records):
         table = tables.range_table(f"{name}, {scene}, {level}", group)
         parts.append(report.table_html(table))
     return report.details("Denoising by range", "".join(parts)) if parts else ""
+
+
+def _effects(plan):
+    """What smoke does to a scan (Figure 2.1), where its room was run."""
+    if figures.BASIC not in plan.scenes or "heavy" not in plan.levels:
+        return ""
+    drawn, numbers = figures.FIGURES["2.1"](figures.Request(sensor=plan.sensor))
+    text = (
+        f"In heavy smoke the basic room's scan loses {100 * numbers['floor_points_lost']:.0f} % of"
+        f" its floor points; {100 * numbers['smoke_share_of_returns']:.0f} % of all returns are"
+        " smoke. One scan."
+    )
+    return report.paragraph(text) + report.figure_html(drawn, "As Figure 2.1 of the thesis")
 
 
 def _curves(plan):

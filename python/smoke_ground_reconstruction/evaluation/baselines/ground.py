@@ -5,6 +5,10 @@ sensor_height above the floor [m]; return ground, (N,) bool, in input order. The
 method, with and without the thesis's feature, is a stage of the pipeline and not here.
 """
 
+import contextlib
+import os
+import sys
+
 import numpy as np
 
 from smoke_ground_reconstruction.evaluation.baselines.native import (
@@ -45,12 +49,25 @@ def patchworkpp(xyz, intensity, sensor_height, min_range=0.3, max_range=20.0):
     parameters.sensor_height = float(sensor_height)
     parameters.min_range = float(min_range)
     parameters.max_range = float(max_range)
-    estimator = pypatchworkpp.patchworkpp(parameters)
+    with _stdout_to_stderr():  # it greets on standard output, where others expect data
+        estimator = pypatchworkpp.patchworkpp(parameters)
     cloud = np.column_stack([np.asarray(xyz), np.asarray(intensity) / 255.0]).astype(np.float32)
     estimator.estimateGround(cloud)
     ground = np.zeros(len(cloud), dtype=bool)
     ground[np.asarray(estimator.getGroundIndices(), dtype=np.int64).ravel()] = True
     return ground
+
+
+@contextlib.contextmanager
+def _stdout_to_stderr():
+    sys.stdout.flush()
+    saved = os.dup(1)
+    os.dup2(2, 1)
+    try:
+        yield
+    finally:
+        os.dup2(saved, 1)
+        os.close(saved)
 
 
 def require_patchworkpp():
