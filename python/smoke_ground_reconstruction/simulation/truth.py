@@ -234,7 +234,8 @@ def _along(segments):
     found = [np.empty((0, 2))]
     for start, end in segments:
         length = float(np.linalg.norm(end - start))
-        share = np.linspace(0.0, 1.0, max(2, int(length / _EDGE_STEP)))[:, None]
+        inset = min(0.5, _EDGE_INSET / length)  # a corner itself belongs to no side
+        share = np.linspace(inset, 1.0 - inset, max(2, int(length / _EDGE_STEP)))[:, None]
         normal = np.array([start[1] - end[1], end[0] - start[0]]) / length
         line = start + share * (end - start)
         found += [line + _EDGE_INSET * normal, line - _EDGE_INSET * normal]
