@@ -4,12 +4,23 @@ import copy
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from parity import as_partition, assert_same_grid
-from rooms import SENSOR_HEIGHT, box_room, joined, read_scan, seeded_cloud, smoke_ball, tilt
+from rooms import (
+    SENSOR_HEIGHT,
+    box_room,
+    joined,
+    read_scan,
+    seeded_cloud,
+    smoke_ball,
+    tilt,
+    view_of,
+)
 from smoke_ground_reconstruction import Params, Pipeline
 
-GROUND = 3
+NOISE, GROUND = 2, 3
 
 
 def assert_same_result(actual, expected):
@@ -71,6 +82,44 @@ def test_known_beams(core):
 def test_real_scans(core, real_scan):
     result = assert_parity(read_scan(real_scan))
     assert len(result.surface) > 0
+
+
+# A lattice of dim points, some exactly at the denoiser's radius of others; few, odd rings.
+COORDINATE = st.one_of(
+    st.integers(-4, 4).map(lambda i: i * 0.25),
+    st.sampled_from([np.nan, np.inf, -0.0, 1e-30, 1e6, 1e20]),
+)
+POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE, st.sampled_from([0, 1, 2, 7, 65535]))
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    points=st.lists(POINT, max_size=50),
+    angles_deg=st.sampled_from([(0.0, 0.0), (3.0, -11.0), (90.0, 0.0)]),
+)
+def test_odd_clouds(core, points, angles_deg):
+    table = np.array(points, np.float64).reshape(-1, 4)
+    params = Params.from_dict({
+        "denoiser": {"alpha": 0.5, "theta_deg": 1.0, "min_neighbors": 2},
+        "segmenter": {"column_width_deg": 10.0, "cluster_tolerance": 0.6, "min_cluster_size": 1},
+        "reconstructor": {"min_wall_points": 1},
+    })  # fmt: skip
+    view = view_of(table[:, :3], intensity=0.0, ring=table[:, 3])
+    assert_parity(view, params, rotation=tilt(*angles_deg))
+
+
+@pytest.mark.parametrize("engine", ["cpp", "python"])
+def test_the_denoiser_works_in_the_sensor_s_frame(core, engine):
+    """As its nodelet does. Radius 0.5 r: 2 m away the neighbours 1 m off are at it, so none counts;
+    levelled, rounding would move some of them inside."""
+    axis = np.arange(-4.0, 5.0)
+    lattice = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
+    params = Params.from_dict({"denoiser": {"alpha": 0.5, "theta_deg": 1.0, "min_neighbors": 0}})
+    view = view_of(lattice, intensity=0.0)
+    result = Pipeline(params, engine).process(*view, rotation=tilt(3.0, -11.0))
+    at_two_metres = np.linalg.norm(lattice, axis=1) == 2.0
+    assert np.count_nonzero(at_two_metres) == 6
+    assert set(result.labels[at_two_metres]) == {NOISE}
 
 
 @pytest.mark.parametrize("count", [0, 1])
