@@ -69,7 +69,7 @@ def smoke_ball(count, seed, radius=0.8):
     distance = radius * (0.1 + 0.9 * rng.random(count))
     elevation = np.degrees(np.arcsin(direction[:, 2]))
     ring = np.abs(elevation[:, None] - ELEVATIONS_DEG).argmin(axis=1)
-    return view_of(direction * distance[:, None], rng.uniform(0.0, 10.0, count), ring)
+    return view_of(direction * distance[:, None], rng.integers(0, 31, count), ring)
 
 
 def seeded_cloud(seed):
