@@ -58,7 +58,7 @@ def test_cells_lie_in_the_level_frame():
     assert (grid.first_column, grid.first_row) == (6, 0)
 
 
-@pytest.mark.parametrize("resolution", [0.0, -1.0, np.nan])
+@pytest.mark.parametrize("resolution", [0.0, 0.009, -1.0, np.nan, np.inf])
 def test_a_bad_resolution_is_refused(resolution):
-    with pytest.raises(ValueError, match="occupancy_resolution must be > 0"):
+    with pytest.raises(ValueError, match="occupancy_resolution must be >= 0.01"):
         grid_of([], [], resolution)
