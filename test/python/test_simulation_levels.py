@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from simulation_rooms import write_scene
 
 pytest.importorskip("smoke_ground_reconstruction._core")

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from simulation_rooms import long_room, write_scene
 
 pytest.importorskip("smoke_ground_reconstruction._core")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from simulation_rooms import BOX, write_scene
 
 pytest.importorskip("smoke_ground_reconstruction._core")
