@@ -14,6 +14,8 @@ CELL = 0.1  # edge of a drawn cell [m]
 MARGIN = 0.5  # unknown shown around what is known [m]
 MAX_REACH = 30.0  # nothing farther from the sensor is drawn [m]
 DPI = 150
+SHORT_EDGE = 0.3  # edges up to this length are drawn as their ends say [m]
+GRAZING_DEG = 20.0  # an edge at a smaller angle to the line of sight was not seen [deg]
 
 UNKNOWN, RECONSTRUCTED, MEASURED_BEFORE, MEASURED, WALL = range(5)
 # Told apart by lightness alone, too.
@@ -34,7 +36,7 @@ NAMES = {
 OUTLINES = (
     (0, "#1a1a1a", "-", "edge: wall seen"),
     (1, "#1a1a1a", ":", "edge: wall inferred"),
-    (2, "#d7191c", "--", "edge: limit of knowledge, not a wall"),
+    (2, "#d7191c", "--", "edge: limit of knowledge, no wall seen"),
 )
 
 
@@ -68,6 +70,7 @@ def draw_scan(scan: LidarScan, title: str):
     """
     figure, axes = _new_axes()
     xyz = _in_reach(scan.xyz[np.isfinite(scan.xyz).all(axis=1) & (scan.xyz != 0).any(axis=1)])
+    xyz = xyz[np.argsort(-xyz[:, 2])]  # the floor on top, not the ceiling
     dots = axes.scatter(-xyz[:, 1], xyz[:, 0], c=xyz[:, 2], s=0.3, cmap="viridis", vmin=-1, vmax=2)
     figure.colorbar(dots, ax=axes, shrink=0.6, label="height above the sensor [m]")
     _draw_sensor(axes)
@@ -137,18 +140,40 @@ def _draw_cells(axes, corner: np.ndarray, cells: np.ndarray) -> None:
     )
 
 
+def edge_kinds(boundary: np.ndarray, boundary_kind: np.ndarray) -> np.ndarray:
+    """What ends the floor along each edge of the outline, from vertex i to vertex i + 1.
+
+    The less certain of its ends speaks for an edge. An edge along the line of sight joins two
+    distances of different directions: nothing was seen there, so it is a limit of knowledge even
+    between two walls.
+
+    Returns
+    -------
+    (M,) uint8, as `boundary_kind`
+    """
+    kinds = np.maximum(boundary_kind, np.roll(boundary_kind, -1))
+    start = boundary[:, :2].astype(np.float64)
+    edge = np.roll(start, -1, axis=0) - start
+    middle = start + edge / 2
+    length = np.hypot(edge[:, 0], edge[:, 1])
+    offset = np.abs(edge[:, 0] * middle[:, 1] - edge[:, 1] * middle[:, 0])
+    sine = offset / np.maximum(length * np.hypot(middle[:, 0], middle[:, 1]), 1e-9)
+    along_sight = (length > SHORT_EDGE) & (sine < np.sin(np.radians(GRAZING_DEG)))
+    return np.where(along_sight, 2, kinds).astype(np.uint8)
+
+
 def _draw_outline(axes, floor: Floor) -> List[int]:
-    """Draws each edge as the less certain of its ends; returns the kinds that occur."""
+    """Draws the outline by kind; returns the kinds that occur."""
     from matplotlib.collections import LineCollection
 
     ends = np.roll(floor.boundary, -1, axis=0)
-    kind_of_edge = np.maximum(floor.boundary_kind, np.roll(floor.boundary_kind, -1))
     edges = np.stack([floor.boundary[:, :2], ends[:, :2]], axis=1)
     edges = np.stack([-edges[:, :, 1], edges[:, :, 0]], axis=2)
+    kinds = edge_kinds(floor.boundary, floor.boundary_kind)
     for kind, color, style, _ in OUTLINES:
-        lines = edges[kind_of_edge == kind]
+        lines = edges[kinds == kind]
         axes.add_collection(LineCollection(lines, colors=color, linestyles=style, linewidths=1.8))
-    return [kind for kind, *_ in OUTLINES if (kind_of_edge == kind).any()]
+    return [kind for kind, *_ in OUTLINES if (kinds == kind).any()]
 
 
 def _draw_sensor(axes) -> None:
