@@ -15,6 +15,7 @@ PACKAGE = "smoke_ground_reconstruction"
 COMMANDS = (
     "commands.reconstruct",
     "commands.view",
+    "commands.replay",
     "commands.convert",
     "commands.params",
     "simulation.command",
@@ -28,7 +29,12 @@ def main(argv: Optional[List[str]] = None) -> int:
     0: done. 1: the one line on stderr says what is wrong. 2: the arguments are wrong. 130:
     interrupted.
     """
-    arguments = build_parser().parse_args(argv)
+    try:
+        parser = build_parser()
+    except ImportError as error:
+        note(f"error: this installation is incomplete: {_one_line(error)}")
+        return 1
+    arguments = parser.parse_args(argv)
     try:
         return arguments.run(arguments) or 0
     except KeyboardInterrupt:

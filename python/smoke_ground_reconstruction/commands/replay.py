@@ -1,0 +1,81 @@
+"""`smoke_ground replay`: scans through the running nodelets, what they publish into a bag."""
+
+import argparse
+import tempfile
+from pathlib import Path
+
+from smoke_ground_reconstruction.commands.reconstruct import estimated_height, positive_metres
+from smoke_ground_reconstruction.console import CommandError, note
+from smoke_ground_reconstruction.io import files, format_of
+from smoke_ground_reconstruction.parameter_files import read_params
+
+
+def add_parser(subparsers) -> None:
+    """Adds the command to the command line."""
+    parser = subparsers.add_parser(
+        "replay",
+        help="play scans through the nodelets and record what they publish",
+        description="Starts the three nodelets, plays the scans in INPUT to them by `rosbag play` "
+        "and records their outputs in OUTPUT.bag, on a ROS master of its own.",
+    )
+    parser.add_argument("input", metavar="INPUT", help="scans of a LiDAR: .bag, .pcd or .npz")
+    parser.add_argument("output", metavar="OUTPUT.bag", help="bag for the outputs")
+    parser.add_argument("--topic", help="topic of the clouds, for a bag with several")
+    parser.add_argument(
+        "--sensor-height",
+        type=positive_metres,
+        metavar="M",
+        help="height of the sensor above the floor [m]; estimated from the scans if not given",
+    )
+    parser.add_argument("--params", metavar="FILE.yaml", help="parameters of the three stages")
+    parser.add_argument(
+        "--rate", type=float, default=1.0, help="speed of the playback (default: %(default)s)"
+    )
+    for stage in ("denoiser", "reconstructor"):
+        parser.add_argument(
+            f"--{stage}",
+            choices=("cpp", "python"),
+            default="cpp",
+            help=f"the {stage} as a nodelet, or as a node on the reference in Python",
+        )
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Runs the command."""
+    from smoke_ground_reconstruction import replay
+
+    if format_of(arguments.output) != ".bag":
+        raise CommandError(f"{arguments.output}: the ending must be .bag")
+    if not arguments.rate > 0:
+        raise CommandError(f"--rate must be above 0, is {arguments.rate:g}")
+    with tempfile.TemporaryDirectory(prefix="smoke_ground_") as work:
+        scans = _as_bag(arguments.input, arguments.topic, work)
+        launch_arguments = _launch_arguments(arguments, scans, work)
+        with replay.own_master(), replay.nodelets(launch_arguments):
+            floors = replay.record(scans, arguments.output, arguments.rate)
+    note(f"{floors} of {len(scans)} scans came out as floors in {arguments.output}")
+
+
+def _as_bag(path: str, topic: str, work: str):
+    """The scans, in a bag in any case."""
+    if format_of(path) == ".bag":
+        return files.open_scans(path, topic)
+    target = str(Path(work) / "scans.bag")
+    files.write_scans(target, files.open_scans(path, topic))
+    return files.open_scans(target)
+
+
+def _launch_arguments(arguments: argparse.Namespace, scans, work: str) -> dict:
+    height = arguments.sensor_height or estimated_height(arguments.input, scans)
+    launch_arguments = {
+        "cloud": scans.topic,
+        "sensor_height": height,
+        "denoiser": arguments.denoiser,
+        "reconstructor": arguments.reconstructor,
+        "respawn": "false",
+    }
+    if arguments.params:
+        launch_arguments["params"] = str(Path(work) / "params.yaml")
+        read_params([arguments.params]).to_yaml(launch_arguments["params"])
+    return launch_arguments

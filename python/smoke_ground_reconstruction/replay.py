@@ -1,0 +1,218 @@
+"""Plays a bag through the nodelets and records what they publish, on a ROS master of its own.
+
+Every wait is for a condition: the nodelets answer, the chain listens, the last scan came out.
+"""
+
+import contextlib
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+from typing import Any, Callable, Dict, Iterator, List, Set
+
+import rosbag
+import rosgraph
+import rospy
+from geometry_msgs.msg import PolygonStamped
+from nav_msgs.msg import OccupancyGrid
+from sensor_msgs.msg import PointCloud2
+from visualization_msgs.msg import MarkerArray
+
+from smoke_ground_reconstruction.console import CommandError
+from smoke_ground_reconstruction.io import replacing
+from smoke_ground_reconstruction.io.bag import BOUNDARY, NAMESPACE, SURFACE, WALLS, Scans
+from smoke_ground_reconstruction.msg import FloorBoundary
+
+OUTPUTS = {
+    "denoiser/denoised": PointCloud2,
+    "denoiser/noise": PointCloud2,
+    "segmenter/ground": PointCloud2,
+    WALLS: PointCloud2,
+    SURFACE: PointCloud2,
+    "reconstructor/occupancy": OccupancyGrid,
+    BOUNDARY: FloorBoundary,
+    "reconstructor/boundary_polygon": PolygonStamped,
+    "reconstructor/markers": MarkerArray,
+}
+
+_START_DEADLINE = 60.0  # until the nodelets answer, and until they listen [s]
+_SILENCE = 20.0  # after the last scan, without which nothing more is expected [s]
+_POLL = 0.02  # between two looks at a condition [s]
+
+# Entries of the master's state.
+_SUBSCRIBED_TOPICS, _SERVICES = 1, 2
+
+
+@contextlib.contextmanager
+def own_master() -> Iterator[None]:
+    """A place for a ROS master that meets no other one on this machine."""
+    with socket.socket() as free:
+        free.bind(("localhost", 0))
+        port = free.getsockname()[1]
+    changes = {"ROS_MASTER_URI": f"http://localhost:{port}", "ROS_HOSTNAME": "localhost"}
+    before = {name: os.environ.get(name) for name in changes}
+    os.environ.update(changes)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            os.environ.pop(name)
+            if value is not None:
+                os.environ[name] = value
+
+
+@contextlib.contextmanager
+def nodelets(launch_arguments: Dict[str, Any]) -> Iterator[None]:
+    """The three nodelets and their master, from launch/ground_reconstruction.launch, while inside.
+
+    Raises
+    ------
+    CommandError : they do not answer in time; with what roslaunch last said.
+    """
+    port = os.environ["ROS_MASTER_URI"].rsplit(":", 1)[1]
+    command = ["roslaunch", "--port", port, "smoke_ground_reconstruction"]
+    command.append("ground_reconstruction.launch")
+    command += [f"{name}:={value}" for name, value in launch_arguments.items()]
+    with tempfile.TemporaryFile("w+") as log, _running(command, log) as process:
+        if not _becomes_true(_nodelets_answer, _START_DEADLINE, process):
+            log.seek(0)
+            said = [line.strip() for line in log if line.strip()] or ["nothing"]
+            raise CommandError(f"the nodelets did not start; roslaunch said: {said[-1]}")
+        yield
+
+
+def record(scans: Scans, output: str, rate: float) -> int:
+    """Plays scans to running nodelets and records all they publish. Once a process: rospy joins
+    one master only.
+
+    Parameters
+    ----------
+    scans : the scans of a bag
+    output : bag to write
+    rate : speed of the playback; 1 is real time
+
+    Returns
+    -------
+    int : number of scans that came out as floors
+
+    Raises
+    ------
+    CommandError : the nodelets do not listen, or no floor came out.
+    """
+    rospy.init_node("smoke_ground_replay", anonymous=True, disable_signals=True)
+    command = ["rosbag", "play", "--quiet", "--wait-for-subscribers", f"--rate={rate}"]
+    command += [scans.path, "--topics", scans.topic]
+    with replacing(output) as part, rosbag.Bag(part, "w") as bag:
+        recorder = _Recorder(bag)
+        if not _becomes_true(lambda: _chain_listens(scans.topic), _START_DEADLINE):
+            raise CommandError("the nodelets do not listen to their input")
+        with _running(command, subprocess.DEVNULL) as player:
+            recorder.wait_for_floors(len(scans), player)
+        recorder.stop()
+        if recorder.floors() == 0:
+            raise CommandError("no floor came out of the nodelets")
+        return recorder.floors()
+
+
+class _Recorder:
+    """Writes every message of the output topics to a bag as it comes."""
+
+    def __init__(self, bag: rosbag.Bag):
+        self._bag = bag
+        self._lock = threading.Lock()
+        self._counts = dict.fromkeys(OUTPUTS, 0)
+        self._last_news = time.monotonic()
+        self._subscribers = [
+            rospy.Subscriber(f"{NAMESPACE}/{topic}", kind, self._write, topic, queue_size=100)
+            for topic, kind in OUTPUTS.items()
+        ]
+
+    def floors(self) -> int:
+        """Scans of which every output has come."""
+        with self._lock:
+            return min(self._counts.values())
+
+    def wait_for_floors(self, wanted: int, player: subprocess.Popen) -> None:
+        """Waits until all are there, or nothing has come for long after the last scan was sent."""
+
+        def is_over() -> bool:
+            if player.poll() is None:
+                self._last_news = time.monotonic()
+            return self.floors() >= wanted or time.monotonic() - self._last_news > _SILENCE
+
+        while not is_over():
+            time.sleep(_POLL)
+
+    def stop(self) -> None:
+        """Takes no more messages."""
+        for subscriber in self._subscribers:
+            subscriber.unregister()
+        with self._lock:
+            self._bag = None
+
+    def _write(self, message, topic: str) -> None:
+        with self._lock:
+            if self._bag is None:
+                return
+            self._bag.write(f"{NAMESPACE}/{topic}", message, _stamp_of(message))
+            self._counts[topic] += 1
+            self._last_news = time.monotonic()
+
+
+def _stamp_of(message) -> rospy.Time:
+    return message.markers[0].header.stamp if hasattr(message, "markers") else message.header.stamp
+
+
+@contextlib.contextmanager
+def _running(command: List[str], output) -> Iterator[subprocess.Popen]:
+    """A process in a group of its own, ended on leaving: first asked, then told."""
+    process = subprocess.Popen(
+        command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True
+    )
+    try:
+        yield process
+    finally:
+        for sign, patience in ((signal.SIGINT, 30), (signal.SIGTERM, 10), (signal.SIGKILL, 10)):
+            if process.poll() is None:
+                os.killpg(process.pid, sign)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(patience)
+
+
+def _becomes_true(
+    holds: Callable[[], bool], deadline: float, process: subprocess.Popen = None
+) -> bool:
+    """Waits until it holds; False at the deadline, or once the process has ended."""
+    end = time.monotonic() + deadline
+    while not holds():
+        if time.monotonic() > end or (process is not None and process.poll() is not None):
+            return False
+        time.sleep(_POLL)
+    return True
+
+
+def _nodelets_answer() -> bool:
+    """Have the three stages their services up?"""
+    return {f"{name}/set_parameters" for name in _stages()} <= _known_to_master(_SERVICES)
+
+
+def _chain_listens(topic: str) -> bool:
+    """Has each stage subscribed, now that somebody listens at the end?"""
+    denoiser, segmenter, _ = _stages()
+    wanted = {topic, f"{denoiser}/denoised", f"{segmenter}/ground", f"{segmenter}/walls"}
+    return wanted <= _known_to_master(_SUBSCRIBED_TOPICS)
+
+
+def _stages() -> List[str]:
+    return [f"{NAMESPACE}/{name}" for name in ("denoiser", "segmenter", "reconstructor")]
+
+
+def _known_to_master(what: int) -> Set[str]:
+    try:
+        state = rosgraph.Master("/smoke_ground_replay").getSystemState()
+    except (OSError, rosgraph.MasterException):
+        return set()
+    return {name for name, _ in state[what]}
