@@ -39,10 +39,15 @@ def _real_scans():
 
 
 def pytest_generate_tests(metafunc):
-    """One test per recorded scan for tests that ask for `real_scan`."""
-    if "real_scan" not in metafunc.fixturenames:
-        return
-    scans = _real_scans()
+    """One test per recorded scan for `every_real_scan`, one per sensor for `real_scan`."""
+    if "every_real_scan" in metafunc.fixturenames:
+        _parametrize(metafunc, "every_real_scan", _real_scans())
+    if "real_scan" in metafunc.fixturenames:
+        first = {path.parent: path for path in reversed(_real_scans())}
+        _parametrize(metafunc, "real_scan", sorted(first.values()))
+
+
+def _parametrize(metafunc, fixture, scans):
     skip = pytest.param(None, marks=pytest.mark.skip(reason="no scans: set SMOKE_GROUND_SCANS"))
     names = [f"{path.parent.name}-{path.stem}" for path in scans] or ["none"]
-    metafunc.parametrize("real_scan", scans or [skip], ids=names)
+    metafunc.parametrize(fixture, scans or [skip], ids=names)

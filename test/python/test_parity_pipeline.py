@@ -79,8 +79,8 @@ def test_known_beams(core):
     assert_same_result(*(pipeline.process(*seeded_cloud(0)) for pipeline in pipelines))
 
 
-def test_real_scans(core, real_scan):
-    result = assert_parity(read_scan(real_scan))
+def test_real_scans(core, every_real_scan):
+    result = assert_parity(read_scan(every_real_scan))
     assert len(result.surface) > 0
 
 

@@ -20,7 +20,8 @@ def is_return(xyz):
 
     Finite, no coordinate beyond `FARTHEST_RETURN`, and not (0, 0, 0).
     """
-    in_reach = (np.abs(xyz) <= FARTHEST_RETURN).all(axis=1)  # False for NaN as well
+    with np.errstate(invalid="ignore"):  # old NumPy warns of NaN, for which this is False
+        in_reach = (np.abs(xyz) <= FARTHEST_RETURN).all(axis=1)
     return in_reach & (xyz != 0.0).any(axis=1)
 
 
