@@ -112,6 +112,26 @@ def test_parameters_reach_the_stages(tmp_path, room_npz):
     assert (files.open_floors(output)[0].provenance == 1).all()
 
 
+def test_a_known_sensor_gives_its_beams(tmp_path, room, room_npz, capsys):
+    beams = tmp_path / "sensor.yaml"
+    text = (ROOT / "config/vlp16.yaml").read_text()
+    # The room's beams, as the scan itself shows them; then the same upside down.
+    rows = [f"  - [{e:.3f}, 0]" for e in np.linspace(-50.0, 30.0, 64)]
+    output = str(tmp_path / "floor.npz")
+    command = ["reconstruct", room_npz, output, "--sensor-height", "0.7", "--sensor"]
+    head = text[: text.index("rings:")]
+    floors = []
+    for table in (rows, rows[::-1]):
+        beams.write_text(head + "rings:\n" + "\n".join(table) + "\n")
+        assert main([*command, str(beams)]) == 0
+        floors.append(files.open_floors(output)[0])
+    assert main(command[:-1]) == 0
+    np.testing.assert_array_equal(floors[0].xyz, files.open_floors(output)[0].xyz)
+    assert len(floors[1].xyz) != len(floors[0].xyz)
+    assert "rings 0 to 15" in fails(capsys, *command, "vlp16")
+    fails(capsys, *command, "no_such_sensor")
+
+
 def test_no_height_and_no_floor_is_an_error(tmp_path, room, capsys):
     path = str(tmp_path / "walls.npz")
     walls = type(room)(*(v[room.xyz[:, 2] > -0.6] for v in (room.xyz, room.intensity, room.ring)))

@@ -154,6 +154,23 @@ def test_a_result_bag_holds_the_output_topics(tmp_path, three_scans, results):
     assert stamps == STAMPS
 
 
+def test_rings_told_from_elevation_are_in_the_result(tmp_path, room, results, capsys):
+    message = cloud(room)
+    message.fields = [field for field in message.fields if field.name != "ring"]
+    source = write(tmp_path / "no_ring.bag", [("/points", message), ("/points", message)])
+    path = str(tmp_path / "result.bag")
+    with bag.FloorWriter(path) as writer:
+        for scan in files.open_scans(source):
+            np.testing.assert_array_equal(scan.ring, room.ring)
+            writer.add_result(scan, results, HEIGHT)
+    assert capsys.readouterr().err.count("no field 'ring'") == 1
+    with rosbag.Bag(path) as written:
+        topic = "/ground_reconstruction/segmenter/walls"
+        walls = [m for _, m, _ in written.read_messages(topics=[topic])][0]
+    is_wall = results.clusters != 0xFFFFFFFF
+    np.testing.assert_array_equal(ros_messages.read_cloud(walls).ring, room.ring[is_wall])
+
+
 def test_floors_are_joined_by_stamp_whatever_the_order(tmp_path, room, results):
     path = str(tmp_path / "result.bag")
     with bag.FloorWriter(path) as writer:

@@ -112,6 +112,11 @@ def _results(arguments, params: Params, scans: Iterable[LidarScan]):
     beams = _known_beams(arguments.sensor)
     pipeline = Pipeline(params, engine=arguments.engine, elevation_deg=beams)
     for scan in scans:
+        if beams is not None and scan.ring.max(initial=0) >= len(beams):
+            raise CommandError(
+                f"{arguments.input}: ring {scan.ring.max()} in a scan, but sensor "
+                f"{arguments.sensor} has rings 0 to {len(beams) - 1}"
+            )
         yield scan, pipeline.process(scan.xyz, scan.intensity, scan.ring)
 
 

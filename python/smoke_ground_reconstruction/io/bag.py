@@ -320,10 +320,13 @@ def _messages_of_result(scan: LidarScan, result, sensor_height: float) -> Iterat
     labels, clusters = result.labels, result.clusters
     is_kept = (labels != Label.INVALID) & (labels != Label.NOISE)
     select = ros_messages.select_points
-    yield "denoiser/denoised", select(cloud, is_kept)
-    yield "denoiser/noise", select(cloud, labels == Label.NOISE)
-    yield "segmenter/ground", select(cloud, labels == Label.GROUND)
-    yield WALLS, select(cloud, clusters != NO_CLUSTER, {"cluster": clusters})
+    # As the nodelets do for a driver that sends no ring, so that all numbers are alike.
+    has_ring = any(field.name == "ring" for field in cloud.fields)
+    ring = {} if has_ring else {"ring": scan.ring}
+    yield "denoiser/denoised", select(cloud, is_kept, ring)
+    yield "denoiser/noise", select(cloud, labels == Label.NOISE, ring)
+    yield "segmenter/ground", select(cloud, labels == Label.GROUND, ring)
+    yield WALLS, select(cloud, clusters != NO_CLUSTER, {**ring, "cluster": clusters})
     floor = floor_of_result(result, scan)
     grid = ros_messages.occupancy_message(header, result.occupancy, sensor_height=sensor_height)
     mounting = Mounting(sensor_height=sensor_height)
