@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "smoke_ground_reconstruction/predicates.hpp"
@@ -25,10 +26,11 @@ class AzimuthBins {
   std::size_t index(float x, float y) const;
 
  private:
-  std::size_t estimate(double x, double y) const;
+  void binsBeforeSlots();
+  std::size_t slotOf(double turn) const;
 
   std::vector<Direction> edges_;
-  double bins_per_radian_;
+  std::vector<std::uint32_t> bin_before_;  // by slot of turns
 };
 
 }  // namespace smoke_ground_reconstruction

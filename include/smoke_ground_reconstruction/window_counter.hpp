@@ -10,10 +10,12 @@ namespace smoke_ground_reconstruction {
 
 /// Exact neighbour counts without a tree. A radius proportional to range is a fixed angle: whatever
 /// lies within k * r of a point at range r lies within asin(k) of its direction. Points are
-/// bucketed by (elevation, azimuth) and sorted by range inside a bucket; a query visits the buckets
-/// in its window, nearest first, and in each only the ranges [r - radius, r + radius]. Exact for
-/// any radius: a query whose window passes a pole, or whose radius reaches the sensor, takes all
-/// azimuths or all buckets.
+/// bucketed by (range, elevation, azimuth); a query looks through the buckets that its ball can
+/// touch, nearest first, and decides by squaredDistance(). Exact for any radius: a query whose
+/// window passes a pole, or whose radius reaches the sensor, takes all azimuths or all directions.
+///
+/// Nothing but sums, products and square roots: elevation is bucketed by its sine, azimuth by a
+/// stand-in that grows as it does, range by its binary exponent.
 class WindowCounter : public NeighborCounter {
  public:
   /// \param radius_per_range  the k that sizes the buckets; queries of any other radius stay exact.
@@ -24,29 +26,32 @@ class WindowCounter : public NeighborCounter {
                  std::size_t at_most) const override;
 
  private:
+  struct Place;
   struct Window;
 
-  std::vector<double> rangesAndDirections();
-  void fillBuckets(const std::vector<double>& ranges);
-  void sortBucketsByRange(const std::vector<double>& ranges,
-                          std::vector<std::uint32_t>* points) const;
-  void copySorted(const std::vector<double>& ranges, const std::vector<std::uint32_t>& points);
-  int rowOf(double elevation) const;
-  int columnOf(double azimuth) const;
+  std::vector<std::uint32_t> bucketOfEachPoint() const;
+  void fillBuckets(const std::vector<std::uint32_t>& bucket_of);
+  int rowOf(double sine) const;
+  int columnOf(double turn) const;
+  const std::uint32_t* rowBegin(int shell, int row) const;
 
+  Place placeOf(std::size_t index) const;
   Window windowOf(std::size_t index, double squared_radius) const;
+  void limitRows(const Place& place, double reach, Window* window) const;
+  void limitColumns(const Place& place, double reach, Window* window) const;
+
   std::size_t candidatesIn(const Window& window) const;
   std::size_t countInWindow(const Window& window, std::size_t limit) const;
-  std::size_t countInRow(int row, const Window& window, std::size_t enough) const;
-  std::size_t countInBucket(int row, int column, const Window& window, std::size_t enough) const;
+  std::size_t countInShell(int shell, const Window& window, std::size_t enough) const;
+  std::size_t countInRow(int shell, int row, const Window& window, std::size_t enough) const;
+  std::size_t countInRun(std::size_t begin, std::size_t end, const Window& window,
+                         std::size_t enough) const;
 
   const Scan& scan_;
   int rows_ = 0;
   int columns_ = 0;
-  std::vector<double> elevation_, azimuth_;  // by point index [rad], azimuth in [0, 2 pi)
-  std::vector<std::uint32_t> bucket_begin_;
-  std::vector<float> x_, y_, z_;  // by bucket, by range inside a bucket
-  std::vector<double> range_;
+  std::vector<std::uint32_t> bucket_begin_;  // shell by shell, row by row
+  std::vector<float> x_, y_, z_;             // bucket by bucket
 };
 
 }  // namespace smoke_ground_reconstruction

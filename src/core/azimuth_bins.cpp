@@ -1,10 +1,19 @@
 #include "smoke_ground_reconstruction/azimuth_bins.hpp"
 
+#include <algorithm>
 #include <cmath>
 
+#include "turn.hpp"
 #include "validation.hpp"
 
 namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr std::size_t kSlotsPerBin = 4;
+constexpr double kTurnMargin = 1e-12;  // beyond its rounding
+
+}  // namespace
 
 bool dividesCircle(double width_deg) {
   const double bins = std::round(360.0 / width_deg);
@@ -19,26 +28,35 @@ AzimuthBins::AzimuthBins(double width_deg) {
   for (std::size_t i = 0; i < count; ++i) {
     edges_.push_back(Direction::fromDegrees(static_cast<double>(i) * 360.0 / bins));
   }
-  bins_per_radian_ = bins / (2.0 * M_PI);
+  binsBeforeSlots();
+}
+
+// For each slot of turns the last bin that begins in an earlier one.
+void AzimuthBins::binsBeforeSlots() {
+  bin_before_.resize(kSlotsPerBin * count());
+  std::uint32_t bin = 0;
+  for (std::size_t slot = 0; slot < bin_before_.size(); ++slot) {
+    const auto begins_earlier = [&](const Direction& edge) {
+      return slotOf(turnOf(edge.cosine, edge.sine)) < slot;
+    };
+    while (bin + 1 < count() && begins_earlier(edges_[bin + 1])) ++bin;
+    bin_before_[slot] = bin;
+  }
+}
+
+std::size_t AzimuthBins::slotOf(double turn) const {
+  const auto slots = static_cast<double>(bin_before_.size());
+  return static_cast<std::size_t>(std::min(slots - 1.0, std::max(0.0, turn / kOnceAround * slots)));
 }
 
 std::size_t AzimuthBins::index(float x, float y) const {
   const double u = x;
   const double v = y;
   if (u == 0.0 && v == 0.0) return 0;
-  const std::size_t bin = estimate(u, v);
-  const std::size_t last = count() - 1;
-  const std::size_t next = bin == last ? 0 : bin + 1;
-  if (!isAtOrAfter(edges_[bin], u, v)) return bin == 0 ? last : bin - 1;
-  return isAtOrAfter(edges_[next], u, v) ? next : bin;
-}
-
-// Right to within one bin; index() settles it.
-std::size_t AzimuthBins::estimate(double x, double y) const {
-  const double azimuth = std::atan2(y, x);
-  const double position = (azimuth < 0.0 ? azimuth + 2.0 * M_PI : azimuth) * bins_per_radian_;
-  const auto bin = static_cast<std::size_t>(position);
-  return bin < count() ? bin : count() - 1;
+  // A bin that surely begins before the point; the products step on from there.
+  std::size_t bin = bin_before_[slotOf(turnOf(u, v) - kTurnMargin)];
+  while (bin + 1 < count() && isAtOrAfter(edges_[bin + 1], u, v)) ++bin;
+  return bin;
 }
 
 }  // namespace smoke_ground_reconstruction
