@@ -68,6 +68,28 @@ def test_python_has_the_parameters_of_cfg_in_order(stage):
         assert type(defaults[parameter.name]) is type(parameter.default)
 
 
+def test_defaults_are_those_of_table_a_1():
+    """What the thesis prints in Table A.1, Algorithm 4 line 5 and Algorithm 5 line 21."""
+    printed = {
+        "denoiser": {
+            "min_neighbors": 100, "max_neighbors": 5000, "intensity_threshold": 25, "alpha": 0.5,
+        },
+        "segmenter": {
+            "min_cluster_size": 50, "max_cluster_size": 5000,
+            "min_ground_angle_deg": -3, "max_ground_angle_deg": 3,
+            "min_wall_angle_deg": 60, "max_wall_angle_deg": 120,
+            "relative_distance_margin": 0.15,
+            "max_ground_step_height": 0.05, "min_range_step": 0.03,
+        },
+        "reconstructor": {
+            "height_difference_threshold": 0.05, "segment_angle_deg": 10,
+            "reconstruction_gain": 0.15, "min_wall_points": 10, "max_elevation_angle_deg": 5,
+            "sensor_height": 0.70,
+        },
+    }  # fmt: skip
+    assert Params.from_dict(printed) == Params()
+
+
 @pytest.mark.parametrize(("stage", "parameter"), PARAMETERS, ids=name_of)
 def test_compiled_defaults_are_those_of_cfg(core, stage, parameter):
     fresh = core.PipelineParams()

@@ -1,12 +1,17 @@
 """The whole pipeline: the compiled core and the reference give the same floor."""
 
 import copy
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import smoke_ground_reconstruction
 from parity import as_partition, assert_same_grid
 from rooms import (
     SENSOR_HEIGHT,
@@ -203,6 +208,20 @@ def test_bad_arrays_are_named(core, message, engine):
 def test_bad_mountings_are_named(core, mounting):
     with pytest.raises(ValueError, match=next(iter(mounting))):
         Pipeline().process(*seeded_cloud(0), **mounting)
+
+
+def test_the_reference_works_without_the_compiled_module():
+    program = (
+        "import sys, numpy\n"
+        "sys.modules['smoke_ground_reconstruction._core'] = None\n"  # importing it fails
+        "from smoke_ground_reconstruction import Pipeline\n"
+        "xyz = numpy.array([[2.0, 0.0, -0.7], [2.3, 0.0, -0.7]])\n"
+        "result = Pipeline(engine='python').process(xyz, numpy.full(2, 50.0), numpy.arange(2))\n"
+        "assert result.labels.tolist() == [3, 1]\n"
+    )
+    source = str(Path(smoke_ground_reconstruction.__file__).parents[1])
+    environment = {**os.environ, "PYTHONPATH": source}
+    subprocess.run([sys.executable, "-c", program], env=environment, check=True)
 
 
 def test_unknown_engine_is_refused():
