@@ -63,6 +63,7 @@ void MountingSource::waitForTransform(const std_msgs::Header& header) const {
       throw std::runtime_error("no transform from '" + header.frame_id + "' to '" + base_frame_ +
                                "' at the scan's stamp: " + reason);
     }
+    reason.clear();  // canTransform() appends to it
     ros::WallDuration(0.002).sleep();
   }
 }
