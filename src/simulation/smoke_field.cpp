@@ -18,6 +18,7 @@ constexpr int kSizeXY = 128;  // samples a period; a power of two, so that & wra
 constexpr int kSizeZ = 32;
 constexpr double kOpaque = 1e-18;     // of the light there and back: nothing more to be seen
 constexpr double kFinestStep = 0.03;  // [m]
+constexpr double kFarthest = 1000.0;  // [m]
 
 std::size_t index(int x, int y, int z) {
   return (static_cast<std::size_t>(z & (kSizeZ - 1)) * kSizeXY + (y & (kSizeXY - 1))) * kSizeXY +
@@ -170,7 +171,11 @@ std::vector<float> noiseTile(std::uint64_t seed) {
 
 SmokeField::SmokeField(const SmokeParams& params, std::uint64_t seed) : params_(params) {
   params_.validate();
-  cells_per_metre_ = static_cast<float>(kSamplesPerCell / params_.correlation_length);
+  cells_per_metre_ = kSamplesPerCell / params_.correlation_length;
+  has_shape_ = params_.layer_thickness > 0.0 || params_.plume_radius > 0.0;
+  plume_inverse_square_ =
+      params_.plume_radius > 0.0 ? 1.0 / (params_.plume_radius * params_.plume_radius) : 0.0;
+  planSlices();
   if (params_.sigma_ln == 0.0) {
     return;
   }
@@ -181,66 +186,110 @@ SmokeField::SmokeField(const SmokeParams& params, std::uint64_t seed) : params_(
   }
 }
 
+void SmokeField::planSlices() {
+  const double coarsest = std::max(kFinestStep, 0.25 * params_.correlation_length);
+  double range = 0.0;
+  while (range < kFarthest) {
+    const double step = std::min(std::max(kFinestStep, 0.05 * range), coarsest);
+    slices_.push_back({range, step});
+    range += step;
+  }
+}
+
 double SmokeField::shape(double x, double y, double z) const {
   double factor = 1.0;
   if (params_.layer_thickness > 0.0) {
     const double steps = (z - params_.layer_height) / params_.layer_thickness;
     factor = params_.below_layer + (1.0 - params_.below_layer) / (1.0 + std::exp(-4.0 * steps));
   }
-  if (params_.plume_radius > 0.0) {
-    const double square = (Eigen::Vector3d(x, y, z) - params_.plume_centre).squaredNorm() /
-                          (params_.plume_radius * params_.plume_radius);
-    factor *= square < 16.0 ? 1.0 + params_.plume_gain * std::exp(-square) : 1.0;
+  const double square =
+      (Eigen::Vector3d(x, y, z) - params_.plume_centre).squaredNorm() * plume_inverse_square_;
+  if (params_.plume_radius > 0.0 && square < 16.0) {
+    factor *= 1.0 + params_.plume_gain * std::exp(-square);
   }
   return factor;
 }
 
+/// \param x, y, z  in samples of the tile
 double SmokeField::patchiness(float x, float y, float z) const {
-  if (tile_.empty()) {
-    return 1.0;
-  }
-  const float fx = x * cells_per_metre_, fy = y * cells_per_metre_, fz = z * cells_per_metre_;
-  const int x0 = floorOf(fx), y0 = floorOf(fy), z0 = floorOf(fz);
-  const float u = fx - static_cast<float>(x0), v = fy - static_cast<float>(y0),
-              w = fz - static_cast<float>(z0);
+  const int x0 = floorOf(x), y0 = floorOf(y), z0 = floorOf(z);
+  const float u = x - static_cast<float>(x0), v = y - static_cast<float>(y0),
+              w = z - static_cast<float>(z0);
+  const float* tile = tile_.data();
   const auto row = [&](int dy, int dz) {
-    const float left = tile_[index(x0, y0 + dy, z0 + dz)];
-    return left + u * (tile_[index(x0 + 1, y0 + dy, z0 + dz)] - left);
+    const float left = tile[index(x0, y0 + dy, z0 + dz)];
+    return left + u * (tile[index(x0 + 1, y0 + dy, z0 + dz)] - left);
   };
   const float near_z = row(0, 0) + v * (row(1, 0) - row(0, 0));
   const float far_z = row(0, 1) + v * (row(1, 1) - row(0, 1));
   return near_z + w * (far_z - near_z);
 }
 
+void SmokeField::fillExtinctions(const Ray& ray, double time, const Slice* slices,
+                                 std::size_t count, double* extinctions) const {
+  std::fill(extinctions, extinctions + count, params_.mean_extinction);
+  if (!tile_.empty()) {
+    const Eigen::Vector3d from = (ray.origin - params_.drift * time) * cells_per_metre_;
+    const Eigen::Vector3d along = ray.direction * cells_per_metre_;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double middle = slices[i].begin + 0.5 * slices[i].step;
+      extinctions[i] *= patchiness(static_cast<float>(from.x() + middle * along.x()),
+                                   static_cast<float>(from.y() + middle * along.y()),
+                                   static_cast<float>(from.z() + middle * along.z()));
+    }
+  }
+  for (std::size_t i = 0; has_shape_ && i < count; ++i) {
+    const double middle = slices[i].begin + 0.5 * slices[i].step;
+    extinctions[i] *= shape(ray.origin.x() + middle * ray.direction.x(),
+                            ray.origin.y() + middle * ray.direction.y(),
+                            ray.origin.z() + middle * ray.direction.z());
+  }
+}
+
 double SmokeField::extinction(const Eigen::Vector3d& position, double time) const {
-  const Eigen::Vector3f carried = (position - params_.drift * time).cast<float>();
-  return params_.mean_extinction * patchiness(carried.x(), carried.y(), carried.z()) *
-         shape(position.x(), position.y(), position.z());
+  double alpha = 0.0;
+  const Slice here{0.0, 0.0};
+  fillExtinctions({position, Eigen::Vector3d::UnitX()}, time, &here, 1, &alpha);
+  return alpha;
 }
 
 double SmokeField::overlap(double range) const {
+  if (range >= params_.overlap_end) {
+    return 1.0;
+  }
   const double share =
       (range - params_.overlap_begin) / (params_.overlap_end - params_.overlap_begin);
-  return std::min(1.0, std::max(0.0, share));
+  return std::max(0.0, share);
 }
 
 SmokeField::Passage SmokeField::march(const Ray& ray, double length, double time,
                                       const DetectionLimit& limit) const {
+  constexpr std::size_t kBatch = 32;  // extinctions do not wait for each other, the light does
+  std::array<double, kBatch> extinctions;
   Passage passage;
-  const double coarsest = std::max(kFinestStep, 0.125 * params_.correlation_length);
   const double gain = kPi * params_.backscatter_ratio * params_.pulse_length;
   double transmission = 1.0;                          // two ways
   double strongest_seen = 0.0, nearest_square = 1.0;  // of the soft target so far
-  double range = 0.0;
-  while (range < length && transmission > kOpaque) {
-    const double wanted = std::min(std::max(kFinestStep, 0.05 * range), coarsest);
-    const double step = std::min(wanted, length - range);
-    const double middle = range + 0.5 * step;
-    const double alpha = extinction(ray.origin + middle * ray.direction, time);
+  for (std::size_t i = 0; i < slices_.size() && slices_[i].begin < length; ++i) {
+    if (i % kBatch == 0) {
+      if (transmission < kOpaque) {
+        break;
+      }
+      std::size_t count = 0;
+      while (count < kBatch && i + count < slices_.size() && slices_[i + count].begin < length) {
+        ++count;
+      }
+      fillExtinctions(ray, time, &slices_[i], count, extinctions.data());
+    }
+    const Slice& slice = slices_[i];
+    const double step = std::min(slice.step, length - slice.begin);
+    const double middle = slice.begin + 0.5 * slice.step;
+    const double alpha = extinctions[i % kBatch];
     const double half_way = decay(alpha * step);  // there and back over half a step
     const double reflectivity = gain * alpha * transmission * half_way;
     const double seen = reflectivity * overlap(middle);
-    if (seen * nearest_square > strongest_seen * middle * middle) {  // signals without a division
+    if (middle < length &&  // signals are compared without a division
+        seen * nearest_square > strongest_seen * middle * middle) {
       strongest_seen = seen;
       nearest_square = middle * middle;
       passage.soft_range = middle;
@@ -248,7 +297,6 @@ SmokeField::Passage SmokeField::march(const Ray& ray, double length, double time
     }
     transmission *= half_way * half_way;
     passage.optical_depth += alpha * step;
-    range += step;
   }
   if (passage.soft_range > 0.0) {
     passage.soft_signal = limit.signal(strongest_seen, passage.soft_range);

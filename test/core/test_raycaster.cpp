@@ -143,6 +143,30 @@ TEST(SmokeField, TheMeanOfAPatchyFieldIsTheMeanExtinction) {
   EXPECT_NEAR(sum / (steps * steps * steps), 0.5, 0.025);  // interpolation flattens the peaks
 }
 
+TEST(SmokeField, TheMarchAgreesWithAFineSum) {
+  SmokeParams params;
+  params.mean_extinction = 0.3;
+  params.plume_radius = 0.7;
+  params.plume_gain = 2.0;
+  params.plume_centre = {3.0, 2.0, 0.5};
+  params.layer_height = 1.0;
+  params.layer_thickness = 0.5;
+  params.below_layer = 0.4;
+  const SmokeField field(params, 2);
+  for (int i = 0; i < 20; ++i) {
+    const double azimuth = 0.3 * i;
+    const Ray ray{{2.5, 1.5, 0.7},
+                  Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0.02 * i).normalized()};
+    const double length = 2.0 + 0.4 * i;
+    double depth = 0.0;
+    for (double range = 0.0005; range < length; range += 0.001) {
+      depth += 0.001 * field.extinction(ray.origin + range * ray.direction, 0.0);
+    }
+    const auto passage = field.march(ray, length, 0.0, DetectionLimit());
+    EXPECT_NEAR(passage.optical_depth / depth, 1.0, 0.02) << "ray " << i;
+  }
+}
+
 TEST(SmokeField, DriftCarriesThePatternAlong) {
   SmokeParams params;
   params.drift = {0.3, -0.2, 0.1};

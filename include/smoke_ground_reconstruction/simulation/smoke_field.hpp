@@ -66,19 +66,29 @@ class SmokeField {
     double soft_signal = 0.0;        ///< S_s there
     double soft_reflectivity = 0.0;  ///< pi beta L_p exp(-2 tau) there
   };
-  /// Marches over `length` [m] (finite) from the ray's origin. O(length / step).
+  /// Marches over `length` [m] from the ray's origin, at most over 1 km. O(length / step).
   Passage march(const Ray& ray, double length, double time, const DetectionLimit& limit) const;
 
   const SmokeParams& params() const { return params_; }
 
  private:
-  double shape(double x, double y, double z) const;    // layer and plume
-  double patchiness(float x, float y, float z) const;  // drift already taken off
+  struct Slice {
+    double begin, step;  // of range [m]
+  };
+
+  void planSlices();
+  double shape(double x, double y, double z) const;  // layer and plume
+  double patchiness(float x, float y, float z) const;
+  void fillExtinctions(const Ray& ray, double time, const Slice* slices, std::size_t count,
+                       double* extinctions) const;
   double overlap(double range) const;
 
   SmokeParams params_;
   std::vector<float> tile_;  // exp(sigma_ln n - sigma_ln^2 / 2)
-  float cells_per_metre_ = 1.0F;
+  double cells_per_metre_ = 1.0;
+  std::vector<Slice> slices_;  // finer near the sensor, where the smoke's own return comes from
+  bool has_shape_ = false;
+  double plume_inverse_square_ = 0.0;
 };
 
 }  // namespace simulation
