@@ -3,6 +3,9 @@
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 build=$root/build
 
+# A build elsewhere (another clone, CI) may take what this one compiled.
+export CCACHE_BASEDIR=$root CCACHE_NOHASHDIR=1
+
 # ROS's Python packages belong to /usr/bin/python3; a pyenv or conda python3 must not come first.
 export PATH="/usr/bin:/bin:$PATH"
 
