@@ -13,7 +13,8 @@ from smoke_ground_reconstruction.io.clouds import Floor, LidarScan
 CELL = 0.1  # edge of a drawn cell [m]
 MARGIN = 0.5  # unknown shown around what is known [m]
 MAX_REACH = 30.0  # nothing farther from the sensor is drawn [m]
-DPI = 150
+DPI = 150  # of the picture
+SCREEN_DPI = 90  # of the window, which must fit a small screen
 SHORT_EDGE = 0.3  # edges up to this length are drawn as their ends say [m]
 GRAZING_DEG = 20.0  # an edge at a smaller angle to the line of sight was not seen [deg]
 
@@ -121,7 +122,7 @@ def _in_reach(xyz: np.ndarray) -> np.ndarray:
 def _new_axes():
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(9.0, 7.5), dpi=DPI, constrained_layout=True)
+    figure = Figure(figsize=(11.0, 7.5), dpi=DPI, constrained_layout=True)
     return figure, figure.add_subplot()
 
 
@@ -250,6 +251,7 @@ def show(figure, title: str) -> None:
 
     window = tkinter.Tk()
     window.title(title)
+    figure.set_dpi(SCREEN_DPI)
     canvas = FigureCanvasTkAgg(figure, master=window)
     NavigationToolbar2Tk(canvas, window)
     canvas.get_tk_widget().pack(fill="both", expand=True)
