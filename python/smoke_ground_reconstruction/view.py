@@ -15,8 +15,6 @@ MARGIN = 0.5  # unknown shown around what is known [m]
 MAX_REACH = 30.0  # nothing farther from the sensor is drawn [m]
 DPI = 150  # of the picture
 SCREEN_DPI = 90  # of the window, which must fit a small screen
-SHORT_EDGE = 0.3  # edges up to this length are drawn as their ends say [m]
-GRAZING_DEG = 20.0  # an edge at a smaller angle to the line of sight was not seen [deg]
 
 UNKNOWN, RECONSTRUCTED, MEASURED_BEFORE, MEASURED, WALL = range(5)
 # Told apart by lightness alone, too.
@@ -141,26 +139,10 @@ def _draw_cells(axes, corner: np.ndarray, cells: np.ndarray) -> None:
     )
 
 
-def edge_kinds(boundary: np.ndarray, boundary_kind: np.ndarray) -> np.ndarray:
-    """What ends the floor along each edge of the outline, from vertex i to vertex i + 1.
-
-    The less certain of its ends speaks for an edge. An edge along the line of sight joins two
-    distances of different directions: nothing was seen there, so it is a limit of knowledge even
-    between two walls.
-
-    Returns
-    -------
-    (M,) uint8, as `boundary_kind`
-    """
-    kinds = np.maximum(boundary_kind, np.roll(boundary_kind, -1))
-    start = boundary[:, :2].astype(np.float64)
-    edge = np.roll(start, -1, axis=0) - start
-    middle = start + edge / 2
-    length = np.hypot(edge[:, 0], edge[:, 1])
-    offset = np.abs(edge[:, 0] * middle[:, 1] - edge[:, 1] * middle[:, 0])
-    sine = offset / np.maximum(length * np.hypot(middle[:, 0], middle[:, 1]), 1e-9)
-    along_sight = (length > SHORT_EDGE) & (sine < np.sin(np.radians(GRAZING_DEG)))
-    return np.where(along_sight, 2, kinds).astype(np.uint8)
+def edge_kinds(boundary_kind: np.ndarray) -> np.ndarray:
+    """What ends the floor along each edge of the outline, from vertex i to vertex i + 1, (M,) uint8:
+    the less certain of its ends speaks for an edge."""
+    return np.maximum(boundary_kind, np.roll(boundary_kind, -1))
 
 
 def _draw_outline(axes, floor: Floor) -> List[int]:
@@ -170,7 +152,7 @@ def _draw_outline(axes, floor: Floor) -> List[int]:
     ends = np.roll(floor.boundary, -1, axis=0)
     edges = np.stack([floor.boundary[:, :2], ends[:, :2]], axis=1)
     edges = np.stack([-edges[:, :, 1], edges[:, :, 0]], axis=2)
-    kinds = edge_kinds(floor.boundary, floor.boundary_kind)
+    kinds = edge_kinds(floor.boundary_kind)
     for kind, color, style, _ in OUTLINES:
         lines = edges[kinds == kind]
         axes.add_collection(LineCollection(lines, colors=color, linestyles=style, linewidths=1.8))

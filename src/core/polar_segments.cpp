@@ -158,28 +158,36 @@ std::vector<Reach> reachOf(const std::vector<PolarSegment>& segments, const Scan
   return reach;
 }
 
+/// Is the outline torn between two segments: walls of both seen, but at different distances?
+bool isTorn(const Reach& before, const Reach& after) {
+  return before.kind == BoundaryKind::kWallSeen && after.kind == BoundaryKind::kWallSeen &&
+         std::fabs(before.radius - after.radius) > kWallContact;
+}
+
 /// Two vertices a segment, at its ends; the sensor's foot once where segments in a row claim
-/// nothing.
+/// nothing. Where the outline is torn the first end stands twice, the second time as a limit of
+/// knowledge: the edge along the line of sight that follows is no wall that anybody saw.
 FloorOutline outline(const std::vector<Reach>& reach, double width_deg, const Mounting& mounting) {
   FloorOutline boundary;
   const bool claims_floor =
       std::any_of(reach.begin(), reach.end(), [](const Reach& r) { return r.radius > 0.0; });
   if (!claims_floor) return boundary;
-  const auto append = [&](const Reach& r, double azimuth_deg) {
+  const auto append = [&](const Reach& r, double azimuth_deg, BoundaryKind kind) {
     const double azimuth = azimuth_deg * kDegree;
     boundary.vertices.push_back(mounting.toSensor(static_cast<float>(r.radius * std::cos(azimuth)),
                                                   static_cast<float>(r.radius * std::sin(azimuth)),
                                                   static_cast<float>(r.z)));
-    boundary.kinds.push_back(r.kind);
+    boundary.kinds.push_back(kind);
   };
   for (std::size_t s = 0; s < reach.size(); ++s) {
+    const Reach& here = reach[s];
     const double begin_deg = static_cast<double>(s) * width_deg;
+    const double end_deg = begin_deg + width_deg;
     const bool foot_stands = s > 0 && reach[s - 1].radius == 0.0;
-    if (reach[s].radius > 0.0) {
-      append(reach[s], begin_deg);
-      append(reach[s], begin_deg + width_deg);
-    } else if (!foot_stands) {
-      append(reach[s], begin_deg);
+    if (here.radius > 0.0 || !foot_stands) append(here, begin_deg, here.kind);
+    if (here.radius > 0.0) append(here, end_deg, here.kind);
+    if (isTorn(here, reach[(s + 1) % reach.size()])) {
+      append(here, end_deg, BoundaryKind::kLimitOfKnowledge);
     }
   }
   return boundary;

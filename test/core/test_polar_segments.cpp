@@ -582,6 +582,22 @@ TEST(Outline, EndsMeasuredFloorAtTheWallItComesNearTo) {
   }
 }
 
+TEST(Outline, DrawsNoWallAlongTheLineOfSight) {
+  for (const double far : {3.19, 3.21}) {  // the next wall stands at 3 m; they touch within 0.2 m
+    Cloud walls;
+    addTo(&walls, 9, far, kFloor, 4);
+    addTo(&walls, 10, 3.0, kFloor, 4);
+    const FloorOutline outline = reconstruct(Cloud(), walls).boundary;
+    const bool torn = far > 3.2;
+    ASSERT_EQ(outline.vertices.size(), torn ? 7U : 6U);  // the foot before and after, two a wall
+    if (!torn) continue;
+    EXPECT_EQ(outline.vertices[2], outline.vertices[3]);
+    EXPECT_EQ(outline.kinds[2], BoundaryKind::kWallSeen);
+    EXPECT_EQ(outline.kinds[3], BoundaryKind::kLimitOfKnowledge);
+    EXPECT_EQ(outline.kinds[4], BoundaryKind::kWallSeen);
+  }
+}
+
 // --- parameters
 // -----------------------------------------------------------------------------------
 

@@ -212,20 +212,31 @@ class PolarSegments:
 
 def _outline(reach, mounting):
     """Two vertices a segment, at its ends; the sensor's foot once where segments in a row claim
-    nothing. Returns boundary (K, 3) float32 and boundary_kind (K,) uint8."""
+    nothing. Where the outline is torn the first end stands twice, the second time as a limit of
+    knowledge: the edge along the line of sight that follows is no wall that anybody saw.
+    Returns boundary (K, 3) float32 and boundary_kind (K,) uint8."""
     width = 2.0 * math.pi / len(reach)
-    vertices, kinds = [], []
+    vertices = []  # number of the segment's end, radius, z, kind
     for number, (radius, z, kind) in enumerate(reach):
         foot_stands = number > 0 and reach[number - 1][0] == 0.0
-        ends = 2 if radius > 0.0 else (0 if foot_stands else 1)
-        for end in range(ends):
-            azimuth = (number + end) * width
-            vertices.append((radius * math.cos(azimuth), radius * math.sin(azimuth), z))
-            kinds.append(kind)
+        if radius > 0.0 or not foot_stands:
+            vertices.append((number, radius, z, kind))
+        if radius > 0.0:
+            vertices.append((number + 1, radius, z, kind))
+        if _is_torn(reach[number], reach[(number + 1) % len(reach)]):
+            vertices.append((number + 1, radius, z, BoundaryKind.LIMIT_OF_KNOWLEDGE))
     if all(radius == 0.0 for radius, _, _ in reach):
-        vertices, kinds = [], []
-    boundary = np.array(vertices, np.float32).reshape(-1, 3)
-    return mounting.to_sensor(boundary), np.array(kinds, np.uint8)
+        vertices = []
+    end, radius, z, kind = np.array(vertices, np.float64).reshape(-1, 4).T
+    x, y = radius * np.cos(end * width), radius * np.sin(end * width)
+    boundary = np.stack([x, y, z], axis=1).astype(np.float32)
+    return mounting.to_sensor(boundary), kind.astype(np.uint8)
+
+
+def _is_torn(before, after):
+    """Are walls of both segments seen, but at different distances?"""
+    walls = before[2] == BoundaryKind.WALL_SEEN and after[2] == BoundaryKind.WALL_SEEN
+    return walls and abs(before[0] - after[0]) > _WALL_CONTACT
 
 
 def _level_plane(mounting):
