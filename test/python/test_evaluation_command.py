@@ -108,6 +108,9 @@ def test_evaluation_writes_numbers_and_a_page(capsys, tmp_path):
     arguments = ["raw_cloud", "intensity_threshold", "--scenes", "basic_room", "--seeds", "1"]
     arguments += ["--levels", "heavy", "--processes", "1", "--output", str(tmp_path)]
     assert cli.main(["evaluate", *arguments]) == 0
+    shown = capsys.readouterr().out
+    assert "IoU 0.2 m" in shown
+    assert "smoke removed" in shown
     found = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     rows = {row["method"]: row for row in found["summary"]}
     assert rows["raw_cloud"]["iou@0.2"]["mean"] == pytest.approx(0.62, abs=0.08)

@@ -92,8 +92,10 @@ def write_report(found, plan, path):
     if feature.rows:
         shown.append(feature)
         sections.append(("The 30 mm feature", report.table_html(feature)))
-    points = tables.point_table("Points: denoising and segmentation", found["summary"])
+    title = "Points: denoising and segmentation"
+    points = tables.point_table(title, found["summary"])
     if points.rows:
+        shown.append(tables.point_table(title, _overview(found["summary"])))
         html = report.table_html(points) + _ranges(found["records"])
         sections.append(("Denoising and segmentation", html + _curves(plan)))
     smoke = report.table_html(tables.smoke_table(found["smoke"])) + _effects(plan)
