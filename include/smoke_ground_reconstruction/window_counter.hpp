@@ -21,6 +21,7 @@ class WindowCounter : public NeighborCounter {
   /// \param radius_per_range  the k that sizes the buckets; queries of any other radius stay exact.
   WindowCounter(const Scan& scan, double radius_per_range);
 
+  /// \param index  of a valid point.
   std::size_t count(std::size_t index, double squared_radius, std::size_t limit) const override;
   bool isBetween(std::size_t index, double squared_radius, std::size_t more_than,
                  std::size_t at_most) const override;

@@ -75,7 +75,9 @@ PipelineResult Pipeline::process(const ScanView& view, const Mounting& mounting)
   Stopwatch stopwatch;
   sensor_.observe(view);
   const Scan scan(view);  // the denoiser knows nothing of the mounting
-  const Scan level(view, mounting);
+  const bool is_level = mounting.isLevel();
+  const Scan levelled(is_level ? ScanView() : view, mounting);
+  const Scan& level = is_level ? scan : levelled;
   result.times.organise = stopwatch.lap();
   const auto denoised = denoiser_.classify(scan);
   result.times.denoise = stopwatch.lap();

@@ -69,8 +69,7 @@ struct WindowCounter::Window {
   double squared_radius;
   int shell, first_shell, last_shell;
   int row, first_row, last_row;
-  Columns columns;  // around the point's own
-  Columns wrapped;  // the rest of a window across +x
+  std::array<Columns, 3> columns;  // from the point's own on, before it, and across +x
 };
 
 WindowCounter::WindowCounter(const Scan& scan, double radius_per_range) : scan_(scan) {
@@ -165,8 +164,8 @@ void WindowCounter::limitRows(const Place& place, double reach, Window* window) 
 }
 
 void WindowCounter::limitColumns(const Place& place, double reach, Window* window) const {
-  window->columns = {0, columns_};
-  window->wrapped = {0, 0};
+  const int own = columnOf(place.turn);
+  window->columns = {Columns{own, columns_}, Columns{0, own}, Columns{0, 0}};
   if (place.cosine <= reach + kMargin) return;  // a pole is inside: every azimuth
   const double sine = reach / place.cosine;
   const double cosine = std::sqrt(1.0 - sine * sine);
@@ -180,9 +179,10 @@ void WindowCounter::limitColumns(const Place& place, double reach, Window* windo
   const int first = static_cast<int>(std::floor(right * columns_per_turn));
   const int last = static_cast<int>(std::floor(left * columns_per_turn));
   if (last - first + 1 >= columns_) return;
-  window->columns = {std::max(first, 0), std::min(last + 1, columns_)};
-  if (first < 0) window->wrapped = {first + columns_, columns_};
-  if (last >= columns_) window->wrapped = {0, last + 1 - columns_};
+  window->columns[0] = {own, std::min(last + 1, columns_)};
+  window->columns[1] = {std::max(first, 0), own};
+  if (first < 0) window->columns[2] = {first + columns_, columns_};
+  if (last >= columns_) window->columns[2] = {0, last + 1 - columns_};
 }
 
 std::size_t WindowCounter::count(std::size_t index, double squared_radius,
@@ -207,8 +207,7 @@ std::size_t WindowCounter::candidatesIn(const Window& window) const {
   for (int shell = window.first_shell; shell <= window.last_shell; ++shell) {
     for (int row = window.first_row; row <= window.last_row; ++row) {
       const std::uint32_t* begin = rowBegin(shell, row);
-      sum += begin[window.columns.end] - begin[window.columns.begin];
-      sum += begin[window.wrapped.end] - begin[window.wrapped.begin];
+      for (const Columns& part : window.columns) sum += begin[part.end] - begin[part.begin];
     }
   }
   return sum;
@@ -241,11 +240,12 @@ std::size_t WindowCounter::countInShell(int shell, const Window& window, std::si
 std::size_t WindowCounter::countInRow(int shell, int row, const Window& window,
                                       std::size_t enough) const {
   const std::uint32_t* begin = rowBegin(shell, row);
-  const std::size_t found =
-      countInRun(begin[window.columns.begin], begin[window.columns.end], window, enough);
-  if (found >= enough) return found;
-  return found +
-         countInRun(begin[window.wrapped.begin], begin[window.wrapped.end], window, enough - found);
+  std::size_t found = 0;
+  for (const Columns& part : window.columns) {
+    if (found >= enough) break;
+    found += countInRun(begin[part.begin], begin[part.end], window, enough - found);
+  }
+  return found;
 }
 
 /// Stops soon after `enough`, so the answer may exceed it.
