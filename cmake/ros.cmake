@@ -44,4 +44,6 @@ install(PROGRAMS scripts/smoke_ground DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATI
 
 if(SMOKE_GROUND_WITH_TESTS AND CATKIN_ENABLE_TESTING)
   add_subdirectory(test/nodelets)
+  find_package(roslaunch REQUIRED)
+  roslaunch_add_file_check(launch/ground_reconstruction.launch)
 endif()
