@@ -58,7 +58,8 @@ def calibrations(plan):
 
 def write_json(found, path):
     """Write what collect() returned; numbers that are not finite become null."""
-    path.write_text(json.dumps(_finite(found), indent=1, sort_keys=True) + "\n", encoding="utf-8")
+    text = json.dumps(_finite(found), sort_keys=True, separators=(",", ":"))
+    path.write_text(text + "\n", encoding="utf-8")
 
 
 def _finite(value):
