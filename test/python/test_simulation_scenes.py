@@ -47,6 +47,21 @@ def test_floor_points_lie_on_the_scenes_floor(name):
         assert np.allclose(ceiling[:, 2], scene.ceiling, atol=1e-5)
 
 
+def test_a_patch_may_rise_from_below_the_floor_to_above_it(tmp_path):
+    tilted = {"polygon": [[3.5, 1], [5.5, 1], [5.5, 4], [3.5, 4]], "plane": [0.1, 0, -0.45]}
+    scene = sim.load_scene(write_scene(tmp_path, floor={"patches": [tilted]}))
+    scan = sim.simulate(scene, quiet("raster128"))
+    points = in_world(scan)
+    floor = points[scan.truth == sim.Truth.FLOOR]
+    assert np.abs(floor[:, 2] - scene.floor_z(floor[:, :2])).max() < 1e-5
+    assert np.isfinite(sim.expect(scene, quiet("raster128"), 0)["range"]).all()  # no gaps
+    # seen from within, the side y = 1 shows where the patch lies lower than the floor: x < 4.5
+    risers = points[(scan.truth == sim.Truth.WALL) & (points[:, 0] < 5.9)]
+    side = risers[np.abs(risers[:, 1] - 1.0) < 1e-4]
+    assert len(side) > 10 and (side[:, 0] < 4.5).all()
+    assert (side[:, 2] < 1e-5).all() and (side[:, 2] > 0.1 * side[:, 0] - 0.45 - 1e-5).all()
+
+
 def test_every_beam_of_a_closed_room_meets_something():
     scene, sensor = sim.load_scene("empty_room"), quiet("qt128")
     met = sim.expect(scene, sensor, 0)["range"]

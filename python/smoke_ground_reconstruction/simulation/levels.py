@@ -255,7 +255,7 @@ def _pack(scan):
     return {
         "xyz": scan.xyz,
         "intensity": scan.intensity.astype(np.uint8),
-        "ring": scan.ring.astype(np.uint8),
+        "ring": scan.ring,
         "step": scan.step.astype(np.uint16),
         "truth": scan.truth,
     }
@@ -266,7 +266,7 @@ def _unpack(packed, scene, sensor, pose, smoke):
     return SimulatedScan(
         xyz=packed["xyz"],
         intensity=packed["intensity"].astype(np.float32),
-        ring=packed["ring"].astype(np.uint16),
+        ring=packed["ring"],
         t=times[packed["step"]].astype(np.float32),
         truth=packed["truth"],
         step=packed["step"].astype(np.uint32),

@@ -153,7 +153,8 @@ def _add_floor(builder, scene):
         builder.add(solid, [lift(patch.polygon, patch.plane)], reflectivity, truth)
     for riser in risers(scene):
         truth = Truth.DROP if riser.is_drop else Truth.WALL
-        builder.add(solid, [riser.vertices()], scene.reflectivity["wall"] * 0.5, truth)
+        for face in riser.faces():
+            builder.add(solid, [face], scene.reflectivity["wall"] * 0.5, truth)
 
 
 class Riser:
@@ -164,20 +165,30 @@ class Riser:
         self.inner_z, self.outer_z = inner_z, outer_z  # heights at start and end
         self.is_drop = is_drop
 
-    def vertices(self):
-        """Corners (4, 3); a bow-tie where the two levels cross."""
+    def faces(self):
+        """Corners (3 or 4, 3) of its faces: one, or two where the levels cross on the way."""
+        step = self.inner_z - self.outer_z
+        if step[0] * step[1] >= 0.0:
+            return [self._face(self.start, self.end, self.inner_z, self.outer_z)]
+        share = step[0] / (step[0] - step[1])
+        middle = self.start + share * (self.end - self.start)
+        z = self.inner_z[0] + share * (self.inner_z[1] - self.inner_z[0])
+        (first_in, last_in), (first_out, last_out) = self.inner_z, self.outer_z
+        return [
+            self._face(self.start, middle, (first_in, z), (first_out, z)),
+            self._face(middle, self.end, (z, last_in), (z, last_out)),
+        ]
+
+    @staticmethod
+    def _face(start, end, inner_z, outer_z):
         points = [
-            (*self.start, self.inner_z[0]),
-            (*self.end, self.inner_z[1]),
-            (*self.end, self.outer_z[1]),
-            (*self.start, self.outer_z[0]),
+            (*start, inner_z[0]),
+            (*end, inner_z[1]),
+            (*end, outer_z[1]),
+            (*start, outer_z[0]),
         ]
-        distinct = [
-            p
-            for i, p in enumerate(points)
-            if np.any(np.abs(np.subtract(p, points[i - 1])) > _SAME_HEIGHT)
-        ]
-        return np.array(distinct)
+        moved = [np.abs(np.subtract(p, points[i - 1])).max() for i, p in enumerate(points)]
+        return np.array([p for p, way in zip(points, moved) if way > _SAME_HEIGHT])
 
 
 def risers(scene):
