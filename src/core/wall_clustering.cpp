@@ -105,7 +105,7 @@ std::vector<std::uint32_t> findComponentsOnGrid(const WallClusteringParams& para
                                                 const std::vector<std::uint32_t>& points) {
   const CellMap cells(scan, points, longestLink(params, scan, points));
   DisjointSets sets(points.size());
-  const auto joinWithCell = [&](std::uint32_t k, const std::vector<std::uint32_t>& cell) {
+  const auto join_with_cell = [&](std::uint32_t k, const std::vector<std::uint32_t>& cell) {
     for (const std::uint32_t other : cell) {
       if (other <= k || sets.find(other) == sets.find(k)) continue;
       if (areLinked(params, scan.point(points[k]), scan.point(points[other]))) sets.join(other, k);
@@ -115,7 +115,7 @@ std::vector<std::uint32_t> findComponentsOnGrid(const WallClusteringParams& para
     for (int neighbor = 0; neighbor < 27; ++neighbor) {
       const auto* cell =
           cells.find(points[k], neighbor / 9 - 1, neighbor / 3 % 3 - 1, neighbor % 3 - 1);
-      if (cell != nullptr) joinWithCell(k, *cell);
+      if (cell != nullptr) join_with_cell(k, *cell);
     }
   }
   std::vector<std::uint32_t> component(points.size());

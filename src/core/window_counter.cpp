@@ -91,7 +91,8 @@ std::vector<std::uint32_t> WindowCounter::bucketOfEachPoint() const {
 }
 
 void WindowCounter::fillBuckets(const std::vector<std::uint32_t>& bucket_of) {
-  const auto buckets = static_cast<std::size_t>(kShells * rows_ * columns_);
+  const auto buckets =
+      static_cast<std::size_t>(kShells * rows_) * static_cast<std::size_t>(columns_);
   bucket_begin_.assign(buckets + 1, 0);
   for (std::size_t i = 0; i < scan_.size(); ++i) {
     if (scan_.valid[i] != 0) ++bucket_begin_[bucket_of[i]];
@@ -119,7 +120,8 @@ int WindowCounter::columnOf(double turn) const {
 }
 
 const std::uint32_t* WindowCounter::rowBegin(int shell, int row) const {
-  return &bucket_begin_[static_cast<std::size_t>((shell * rows_ + row) * columns_)];
+  return &bucket_begin_[static_cast<std::size_t>(shell * rows_ + row) *
+                        static_cast<std::size_t>(columns_)];
 }
 
 WindowCounter::Place WindowCounter::placeOf(std::size_t index) const {
