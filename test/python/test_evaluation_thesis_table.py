@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from evaluation_truths import points_of_cells, rectangle_truth
 from smoke_ground_reconstruction.evaluation.thesis_table import (
     merge_floor_points,
     merged_truth,
     score_as_thesis,
+    without_outliers,
 )
 
 
@@ -56,3 +58,11 @@ def test_accuracy_has_the_margin_of_the_bounding_box():
     counts = score_as_thesis(half, truth, sensor_height=0.7).counts
     assert counts.recall == pytest.approx(0.5)
     assert counts.accuracy == pytest.approx(146 / 196)
+
+
+def test_points_off_the_true_floor_are_removed_before_merging():
+    """Floor of 6 x 4 cells: a point just beyond its edge, one beyond the grid, the floor's own."""
+    truth = rectangle_truth(columns=6, rows=4)
+    floor = points_of_cells(truth, truth.visible_floor)
+    outliers = np.array([[0.61, 0.0, -0.7], [30.0, 0.0, -0.7]])
+    np.testing.assert_array_equal(without_outliers(np.vstack([outliers, floor]), truth), floor)

@@ -38,23 +38,33 @@ def new_figure(columns, rows=1, width=5.0, height=4.4):
     return figure, figure.subplots(rows, columns, squeeze=False)
 
 
-def finish(figure, colours=None, names=None):
-    """Fit the panels, above a legend of patches if colours (by name) are given.
+def finish(figure, colours=None, names=None, handles=(), columns=5):
+    """Fit the panels, above a legend if there is one.
 
     Args:
         figure: matplotlib figure.
-        colours: colour by name.
+        colours: colour by name, for a legend of patches.
         names: those of the legend; all by default.
+        handles: labelled artists, for a legend of them instead.
+        columns: entries of the legend side by side.
     """
-    legend_inches = 0.35 if colours else 0.0
     if colours:
-        patches = [
+        handles = [
             Patch(facecolor=colours[name], edgecolor="grey", label=name)
             for name in (names or colours)
         ]
-        columns = len(patches)
-        figure.legend(handles=patches, loc="lower center", ncol=columns, fontsize=9, frameon=False)
-    figure.tight_layout(rect=(0, legend_inches / figure.get_figheight(), 1, 0.97))
+    rows = -(-len(handles) // columns)
+    if handles:
+        labels = [handle.get_label() for handle in handles]
+        figure.legend(
+            handles,
+            labels,
+            loc="lower center",
+            ncol=min(columns, len(handles)),
+            fontsize=9,
+            frameon=False,
+        )
+    figure.tight_layout(rect=(0, (0.1 + 0.22 * rows) / figure.get_figheight(), 1, 0.97))
 
 
 def oblique(xyz):

@@ -377,6 +377,8 @@ def thesis_outputs(request):
         [floor_and_pose(request.scan(BASIC, pose, "clear")) for pose in corner_poses()],
         clear.T_world_sensor,
     )
+    scene = world.truth(BASIC, request.sensor, centre_pose(), CELL, "clear")
+    merged = thesis_table.without_outliers(merged, scene)
     truth = thesis_table.merged_truth(merged, CELL, blind_radius(clear) + CELL)
     sources = [
         (CLEAR_CLOUD, "raw_cloud_band", clear),

@@ -57,6 +57,24 @@ def merge_floor_points(scans_and_poses, reference_pose):
     return np.vstack(merged)
 
 
+def without_outliers(points, truth):
+    """The points that lie in cells of true floor: the thesis removed the others by hand.
+
+    Args:
+        points: (K, 3) in the level frame [m].
+        truth: FloorTruth of the position to look from.
+
+    Returns:
+        (L, 3) float64 [m].
+    """
+    grid = CellGrid.of(truth)
+    rows, columns = grid.rows_columns(points)
+    keep = grid.contains(rows, columns)
+    is_floor = truth.visible_floor | truth.out_of_sight
+    keep[keep] = is_floor[rows[keep], columns[keep]]
+    return points[keep]
+
+
 def merged_truth(points, cell, disc_radius):
     """Ideal occupancy grid of merged floor points (thesis Figure 5.5a).
 
