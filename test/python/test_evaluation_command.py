@@ -105,7 +105,7 @@ def test_figure_is_drawn_with_its_numbers(capsys, tmp_path):
 
 
 def test_evaluation_writes_numbers_and_a_page(capsys, tmp_path):
-    arguments = ["raw_cloud", "intensity_threshold", "--scenes", "basic_room", "--seeds", "1"]
+    arguments = ["raw_cloud", "intensity_threshold", "--scenes", "empty_room", "--seeds", "1"]
     arguments += ["--levels", "heavy", "--processes", "1", "--output", str(tmp_path)]
     assert cli.main(["evaluate", *arguments]) == 0
     shown = capsys.readouterr().out
@@ -113,7 +113,7 @@ def test_evaluation_writes_numbers_and_a_page(capsys, tmp_path):
     assert "smoke removed" in shown
     found = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     rows = {row["method"]: row for row in found["summary"]}
-    assert rows["raw_cloud"]["iou@0.2"]["mean"] == pytest.approx(0.62, abs=0.08)
+    assert rows["raw_cloud"]["iou@0.2"]["mean"] == pytest.approx(0.62, abs=0.1)
     assert rows["intensity_threshold"]["smoke_removed"]["mean"] > 0.99
     assert found["smoke"][0]["share"] == pytest.approx(0.66, abs=0.01)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
