@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import rooms
 from box_room import box_room
 from smoke_ground_reconstruction.height import HeightError, estimate_sensor_height
 
@@ -78,3 +79,30 @@ def test_a_table_alone_is_refused_where_walls_go_below_it():
 def test_an_empty_scan_is_refused():
     with pytest.raises(HeightError, match="0 cells"):
         estimate_sensor_height(np.zeros((0, 3), np.float32))
+
+
+def level_grid(half_x, half_y, z):
+    x, y = np.meshgrid(np.arange(-half_x, half_x, 0.03), np.arange(-half_y, half_y, 0.03))
+    return np.column_stack([x.ravel(), y.ravel(), np.full(x.size, z)])
+
+
+def test_a_level_with_much_below_it_is_no_floor():
+    y, z = np.meshgrid(np.arange(-1.0, 1.0, 0.03), np.arange(-0.95, -0.45, 0.01))
+    wall = np.column_stack([np.full(y.size, 3.0), y.ravel(), z.ravel()])
+    assert estimate_sensor_height(level_grid(1.5, 1.5, -0.3)) == pytest.approx(0.3, abs=0.01)
+    with pytest.raises(HeightError, match="0.30 m below the sensor, is no floor"):
+        estimate_sensor_height(np.vstack([level_grid(1.5, 1.5, -0.3), wall]))
+
+
+def test_the_rings_of_a_coarse_sensor_on_the_walls_are_no_floor():
+    # 16 rings 2 deg apart: the one below the horizon draws a nearly level curve on walls 6 m away,
+    # with more cells than the one ring that smoke left on the floor.
+    view, _ = rooms.box_room(
+        walls=(6.0, 6.0, -6.0, -6.0),
+        floor=-0.92,
+        elevations_deg=np.linspace(-15.0, 15.0, 16),
+        azimuth_step_deg=0.2,
+    )
+    x, y, z = view.xyz.T
+    xyz = view.xyz[(z > -0.9) | (np.hypot(x, y) < 3.6)]
+    assert estimate_sensor_height(xyz) == pytest.approx(0.92, abs=0.02)
