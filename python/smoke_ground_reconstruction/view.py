@@ -140,7 +140,7 @@ def _draw_cells(axes, corner: np.ndarray, cells: np.ndarray) -> None:
 
 
 def edge_kinds(boundary_kind: np.ndarray) -> np.ndarray:
-    """What ends the floor along each edge of the outline, from vertex i to vertex i + 1, (M,) uint8:
+    """What ends the floor along each edge, from vertex i to vertex i + 1 of the outline, (M,) uint8:
     the less certain of its ends speaks for an edge."""
     return np.maximum(boundary_kind, np.roll(boundary_kind, -1))
 
