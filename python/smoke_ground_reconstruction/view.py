@@ -140,8 +140,10 @@ def _draw_cells(axes, corner: np.ndarray, cells: np.ndarray) -> None:
 
 
 def edge_kinds(boundary_kind: np.ndarray) -> np.ndarray:
-    """What ends the floor along each edge, from vertex i to vertex i + 1 of the outline, (M,) uint8:
-    the less certain of its ends speaks for an edge."""
+    """What ends the floor along each edge, from vertex i to vertex i + 1, (M,) uint8.
+
+    The less certain of its ends speaks for an edge.
+    """
     return np.maximum(boundary_kind, np.roll(boundary_kind, -1))
 
 
