@@ -113,8 +113,9 @@ class ReconstructorNodelet : public LazyNodelet {
 
   using Policy = message_filters::sync_policies::ExactTime<PointCloud2, PointCloud2, PointCloud2>;
   using Synchronizer = message_filters::Synchronizer<Policy>;
-  // Raw scans wait here for the stages before to finish: a second's worth.
-  static constexpr int kSyncQueueSize = 10;
+  // Raw scans wait here for the stages before. Each of the two holds one scan in work and one in
+  // its queue: at 10 Hz this lets a stage take a second, and on a match what is older is let go.
+  static constexpr int kSyncQueueSize = 40;
 
   std::unique_ptr<SensorModels> sensors_;
   std::unique_ptr<MountingSource> mounting_;

@@ -18,7 +18,7 @@ void LazyNodelet::onInit() {
 void LazyNodelet::initialize() {
   auto& pnh = getPrivateNodeHandle();
   is_always_on_ = pnh.param("always_on", false);
-  timing_pub_ = pnh.advertise<Timing>("timing", kQueueSize);
+  timing_pub_ = pnh.advertise<Timing>("timing", kOutputQueueSize);
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), pnh, getName());
   diagnostics_->setHardwareID("none");
   diagnostics_->add("scans", [this](auto& status) { health_.report(status); });

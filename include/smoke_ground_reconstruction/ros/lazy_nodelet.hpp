@@ -34,7 +34,7 @@ class LazyNodelet : public nodelet::Nodelet {
   ros::Publisher advertiseOutput(const std::string& topic) {
     const auto on_connect = [this](const ros::SingleSubscriberPublisher&) { updateListening(); };
     outputs_.push_back(
-        getPrivateNodeHandle().advertise<Message>(topic, kQueueSize, on_connect, on_connect));
+        getPrivateNodeHandle().advertise<Message>(topic, kOutputQueueSize, on_connect, on_connect));
     return outputs_.back();
   }
 
@@ -51,7 +51,9 @@ class LazyNodelet : public nodelet::Nodelet {
 
   StageHealth& health() { return health_; }
 
-  static constexpr int kQueueSize = 2;
+  static constexpr int kOutputQueueSize = 2;
+  /// A stage that falls behind works on the newest scan, not on one that grew old in a queue.
+  static constexpr int kInputQueueSize = 1;
 
  private:
   void initialize();

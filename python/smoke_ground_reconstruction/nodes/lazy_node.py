@@ -15,7 +15,9 @@ from ..ros_messages import describe_fields
 from .health import StageHealth
 from .timing import StageTiming
 
-QUEUE_SIZE = 2
+# A stage that falls behind works on the newest scan, not on one that grew old in a queue.
+INPUT_QUEUE_SIZE = 1
+OUTPUT_QUEUE_SIZE = 2
 # rospy reads a socket into a buffer of this size; smaller than a cloud, it makes scans queue up.
 BUFFER_SIZE = 1 << 25
 
@@ -41,7 +43,7 @@ class LazyNode(rospy.SubscribeListener):
         self._params_class = params_class
         self.params = params_class()
         self._server = Server(config_class, self._on_config)
-        self._timing_pub = rospy.Publisher("~timing", Timing, queue_size=QUEUE_SIZE)
+        self._timing_pub = rospy.Publisher("~timing", Timing, queue_size=OUTPUT_QUEUE_SIZE)
         threading.Thread(target=self._report, daemon=True).start()
 
     # --- what a node does ---
@@ -61,7 +63,7 @@ class LazyNode(rospy.SubscribeListener):
 
     def advertise(self, topic: str, message_class) -> rospy.Publisher:
         """An output; its listeners wake the node once :meth:`start` has run."""
-        publisher = rospy.Publisher(topic, message_class, self, queue_size=QUEUE_SIZE)
+        publisher = rospy.Publisher(topic, message_class, self, queue_size=OUTPUT_QUEUE_SIZE)
         self._outputs.append(publisher)
         return publisher
 
@@ -145,12 +147,12 @@ def publish_if_heard(publisher, make):
 
 
 def subscribe(topic, callback):
-    """A subscription to a PointCloud2 that keeps the newest scans and drops the rest."""
+    """A subscription to a PointCloud2 that keeps the newest scan and drops the rest."""
     return rospy.Subscriber(
         topic,
         PointCloud2,
         callback,
-        queue_size=QUEUE_SIZE,
+        queue_size=INPUT_QUEUE_SIZE,
         buff_size=BUFFER_SIZE,
         tcp_nodelay=True,
     )

@@ -26,7 +26,7 @@ from ..ros_messages import (
 from .lazy_node import BUFFER_SIZE, LazyNode, publish_if_heard
 from .mounting_source import MountingSource
 
-_SYNC_QUEUE_SIZE = 10  # raw scans wait here for the stages before to finish: a second's worth
+_SYNC_QUEUE_SIZE = 40  # raw scans wait here for the stages before: seconds, if those are slow
 
 
 class ReconstructorNode(LazyNode):
