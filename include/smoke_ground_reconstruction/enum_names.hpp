@@ -39,7 +39,7 @@ struct EnumNames<WallDistance> {
 };
 template <>
 struct EnumNames<ReconstructionMethod> {
-  static constexpr std::array<const char*, 1> kNames = {"polar_segments"};
+  static constexpr std::array<const char*, 2> kNames = {"polar_segments", "room_boundary"};
 };
 
 template <typename Enum>

@@ -11,7 +11,9 @@
 
 namespace smoke_ground_reconstruction {
 
-enum class ReconstructionMethod { kPolarSegments };
+/// kRoomBoundary runs in the Python reference alone so far; ReconstructorParams::validate() refuses
+/// it.
+enum class ReconstructionMethod { kPolarSegments, kRoomBoundary };
 
 /// Parameters of the last stage, whatever the method.
 struct ReconstructorParams {

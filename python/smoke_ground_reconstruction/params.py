@@ -18,7 +18,7 @@ DENOISER_ENGINES = ("window", "kdtree")
 RANGE_STEP_RULES = ("minimum", "increasing", "any")
 LABEL_POINTS = ("first", "second")
 CLUSTER_ENGINES = ("kdtree", "grid")
-RECONSTRUCTION_METHODS = ("polar_segments",)
+RECONSTRUCTION_METHODS = ("polar_segments", "room_boundary")
 WALL_DISTANCES = ("range", "planar_range")
 
 _INT_MAX = 2**31 - 1

@@ -52,6 +52,11 @@ struct Selection {
 void ReconstructorParams::validate() const {
   require(sensor_height > 0.0, "sensor_height", "> 0", sensor_height);
   require(occupancy_resolution >= 0.01, "occupancy_resolution", ">= 0.01", occupancy_resolution);
+  if (method == ReconstructionMethod::kRoomBoundary) {
+    throw std::invalid_argument(
+        "method must be polar_segments in the compiled engine, is room_boundary: only the Python "
+        "engine has it yet");
+  }
   polar_segments.validate();
 }
 

@@ -18,6 +18,7 @@ TEST(EnumNames, AreThoseOfCfgAndYaml) {
   EXPECT_EQ(enumName(ClusterEngine::kGrid), "grid");
   EXPECT_EQ(enumName(WallDistance::kPlanarRange), "planar_range");
   EXPECT_EQ(enumName(ReconstructionMethod::kPolarSegments), "polar_segments");
+  EXPECT_EQ(enumName(ReconstructionMethod::kRoomBoundary), "room_boundary");
 }
 
 TEST(ParseEnum, FindsTheValueOfAName) {

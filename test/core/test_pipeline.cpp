@@ -240,6 +240,8 @@ TEST(PipelineParams, NameTheParameterTheyRefuse) {
   expectRefusal("sensor_height", [](P* p) { p->reconstructor.sensor_height = kNan; });
   expectRefusal("occupancy_resolution",
                 [](P* p) { p->reconstructor.occupancy_resolution = 0.001; });
+  expectRefusal("method",
+                [](P* p) { p->reconstructor.method = ReconstructionMethod::kRoomBoundary; });
   expectRefusal("alpha", [](P* p) { p->denoiser.alpha = -1.0; });
   expectRefusal("column_width_deg", [](P* p) { p->segmenter.segmentation.column_width_deg = 7.0; });
   expectRefusal("cluster_tolerance", [](P* p) { p->segmenter.clustering.cluster_tolerance = 0.0; });

@@ -115,7 +115,7 @@ def _params_class():
 
 
 def _pipeline(load_params):
-    """The pipeline with the Params that load_params gives."""
+    """The pipeline with the Params that load_params gives; the engine that has their method."""
 
     def run(scan, denoise):
         from smoke_ground_reconstruction.pipeline import Pipeline
@@ -125,7 +125,8 @@ def _pipeline(load_params):
             params.denoiser.intensity_threshold = 0.0  # nothing is a candidate
         # A pipeline may learn from scan to scan. Each scan gets a fresh one, so that no score
         # depends on the order of work.
-        result = Pipeline(params, elevation_deg=scan.elevation_deg).process(
+        engine = "python" if params.reconstructor.method == "room_boundary" else "cpp"
+        result = Pipeline(params, engine, elevation_deg=scan.elevation_deg).process(
             scan.xyz, scan.intensity, scan.ring, sensor_height=scan.sensor_height
         )
         removed = (result.labels == Label.NOISE) | (result.labels == Label.INVALID)
@@ -203,6 +204,7 @@ ORIGINAL_CHANNEL = {"segmenter": {"ground_range_step": "increasing"}}
 """The channel-based method without the thesis's 30 mm feature (Chu et al. 2017)."""
 
 _POLAR_SEGMENTS = {"reconstructor": {"method": "polar_segments"}}
+_ROOM_BOUNDARY = {"reconstructor": {"method": "room_boundary"}}
 
 METHODS = {
     entry.name: entry
@@ -225,6 +227,12 @@ METHODS = {
             "pipeline",
             "The thesis's method, config/polar_segments_best.yaml",
             _pipeline(_best_params),
+        ),
+        Method(
+            "room_boundary",
+            "pipeline",
+            "The room's boundary per column, in the Python reference",
+            _pipeline(lambda: _params_class().from_dict(_ROOM_BOUNDARY)),
         ),
         Method(
             "channel",

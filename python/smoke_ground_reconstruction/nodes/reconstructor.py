@@ -11,8 +11,10 @@ from smoke_ground_reconstruction.cfg import ReconstructorConfig
 from smoke_ground_reconstruction.msg import FloorBoundary
 
 from ..params import ReconstructorParams, divides_circle
+from ..reference.label import Label
 from ..reference.occupancy import rasterize
 from ..reference.polar_segments import PolarSegments
+from ..reference.room_boundary import RoomBoundary
 from ..reference.scan import ScanView
 from ..reference.sensor_model import SensorModel
 from ..ros_messages import (
@@ -30,7 +32,7 @@ _SYNC_QUEUE_SIZE = 40  # raw scans wait here for the stages before: seconds, if 
 
 
 class ReconstructorNode(LazyNode):
-    """Runs :class:`PolarSegments` of the reference in the place of the nodelet."""
+    """Runs the reference's method of reconstruction in the place of the nodelet."""
 
     def __init__(self):
         super().__init__(ReconstructorParams, ReconstructorConfig)
@@ -38,6 +40,7 @@ class ReconstructorNode(LazyNode):
         self._mounting = MountingSource()
         self._rings = rospy.get_param("~sensor_beams/rings", None)  # [elevation, offset] each
         self._sensors = {}  # by frame_id
+        self._rooms = {}  # RoomBoundary by frame_id
         self._surface_pub = self.advertise("~ground_surface", PointCloud2)
         self._occupancy_pub = self.advertise("~occupancy", OccupancyGrid)
         self._boundary_pub = self.advertise("~boundary", FloorBoundary)
@@ -83,8 +86,14 @@ class ReconstructorNode(LazyNode):
         sensor = self._observe(raw.header.frame_id, scan)
         timing.finish("organise", len(scan.xyz), len(scan.xyz))
 
-        surface = PolarSegments(params).reconstruct(ground_view, walls_view, sensor, mounting)
-        points_in = len(ground_view.xyz) + len(walls_view.xyz)
+        if params.method == "room_boundary":
+            rooms = self._rooms.setdefault(raw.header.frame_id, RoomBoundary())
+            room = rooms.reconstruct(scan, sensor, mounting)
+            surface, points_in = room.surface, len(scan.xyz)
+            walls_view = scan.select(room.labels == Label.WALL)
+        else:
+            surface = PolarSegments(params).reconstruct(ground_view, walls_view, sensor, mounting)
+            points_in = len(ground_view.xyz) + len(walls_view.xyz)
         timing.finish("reconstruct", points_in, len(surface))
 
         self._publish_floor(raw.header, surface, mounting, timing)

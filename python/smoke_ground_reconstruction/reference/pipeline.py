@@ -13,6 +13,7 @@ from .floor_surface import FloorSurface, OccupancyGrid
 from .label import NO_CLUSTER, Label
 from .occupancy import rasterize
 from .polar_segments import PolarSegments
+from .room_boundary import RoomBoundary
 from .scan import Mounting, Scan, ScanView
 from .sensor_model import SensorModel
 from .wall_clustering import WallClustering
@@ -56,12 +57,15 @@ class Pipeline:
         self._segmentation = ChannelSegmentation(params.segmenter)
         self._clustering = WallClustering(params.segmenter)
         self._polar_segments = PolarSegments(params.reconstructor)
+        self._room_boundary = RoomBoundary()
 
     def process(self, view: ScanView, mounting: Optional[Mounting] = None) -> PipelineResult:
         """Work through one scan, in the sensor frame; without `mounting` a level sensor at
         ``reconstructor.sensor_height``."""
         if mounting is None:
             mounting = Mounting(sensor_height=self.params.reconstructor.sensor_height)
+        if self.params.reconstructor.method == "room_boundary":
+            return self._process_room(view, mounting)
         watch = _Stopwatch()
         self.sensor.observe(view)
         scan = Scan(view)  # the denoiser knows nothing of the mounting
@@ -80,6 +84,20 @@ class Pipeline:
         occupancy = rasterize(surface, walls, mounting, resolution)
         watch.lap("rasterize")
         return PipelineResult(labels, clusters, surface, occupancy, watch.times)
+
+    def _process_room(self, view, mounting):
+        """`room_boundary` denoises and segments by itself; it has no clusters."""
+        watch = _Stopwatch()
+        self.sensor.observe(view)
+        watch.lap("organise")
+        room = self._room_boundary.reconstruct(view, self.sensor, mounting)
+        watch.lap("reconstruct")
+        walls = view.select(room.labels == Label.WALL)
+        resolution = self.params.reconstructor.occupancy_resolution
+        occupancy = rasterize(room.surface, walls, mounting, resolution)
+        watch.lap("rasterize")
+        clusters = np.full(len(view.xyz), NO_CLUSTER, np.uint32)
+        return PipelineResult(room.labels, clusters, room.surface, occupancy, watch.times)
 
 
 class _Stopwatch:

@@ -1,0 +1,303 @@
+"""room_boundary on rooms whose floor, walls and holes are known by geometry."""
+
+import numpy as np
+import pytest
+
+import rooms
+from smoke_ground_reconstruction.params import Params
+from smoke_ground_reconstruction.pipeline import Pipeline
+from smoke_ground_reconstruction.reference.drop_offs import find_drop_offs
+from smoke_ground_reconstruction.reference.floor_model import FloorSource, fit_floor
+from smoke_ground_reconstruction.reference.label import Label
+from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
+from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
+from smoke_ground_reconstruction.reference.sensor_model import SensorModel
+from smoke_ground_reconstruction.reference.visibility import estimate_visibility
+
+COLUMNS = 900
+SEEN, INFERRED, LIMIT = 0, 1, 2
+WALLS = (3.4, 3.0, -3.4, -3.0)
+ELEVATIONS_DEG = np.linspace(-52.0, 50.0, 128)
+MIDDLES = np.radians((np.arange(COLUMNS) + 0.5) * COLUMN_DEG)
+
+
+def room_scan(noise=0.0, walls=WALLS):
+    """A room of 6.8 x 6 m, 2.6 m high, seen from 0.7 m."""
+    return rooms.box_room(walls, 1.9, -0.7, ELEVATIONS_DEG, 0.4, range_noise=noise)[0]
+
+
+def true_distance(walls=WALLS):
+    """Planar range of the walls in the middle of each column."""
+    east, north = np.cos(MIDDLES), np.sin(MIDDLES)
+    along_x = np.where(east > 0, walls[0], walls[2]) / east
+    return np.minimum(along_x, np.where(north > 0, walls[1], walls[3]) / north)
+
+
+def reconstruct(view, mounting=None):
+    sensor = SensorModel()
+    sensor.observe(view)
+    return RoomBoundary().reconstruct(view, sensor, mounting or Mounting())
+
+
+def without_walls(view, from_deg, to_deg):
+    """The scan with all returns above the floor of a sector gone, as behind thick smoke."""
+    azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0])) % 360.0
+    hidden = (azimuth >= from_deg) & (azimuth < to_deg) & (view.xyz[:, 2] > -0.69)
+    return view.select(~hidden)
+
+
+def columns_of(xyz):
+    return (np.degrees(np.arctan2(xyz[:, 1], xyz[:, 0])) % 360.0 / COLUMN_DEG).astype(int)
+
+
+# --- the floor ---------------------------------------------------------------------------------
+
+
+def low_returns(plane, count=3000, noise=0.01, seed=1):
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(-4.0, 4.0, (count, 2))
+    z = plane[0] * xy[:, 0] + plane[1] * xy[:, 1] + plane[2]
+    return np.column_stack([xy, z + noise * rng.standard_normal(count)])
+
+
+def test_plane_of_a_tilted_floor_despite_wall_feet_and_a_table():
+    truth = (0.05, -0.03, -0.72)
+    rng = np.random.default_rng(2)
+    foot = np.column_stack([np.full(800, 4.0), rng.uniform(-4, 4, 800), rng.uniform(-0.8, 1, 800)])
+    table = np.column_stack([rng.uniform(1, 2, (2000, 2)), np.full(2000, 0.04)])
+    found = fit_floor(np.vstack([low_returns(truth), foot, table]), 0.70)
+    assert found.source == FloorSource.MEASURED
+    # 3000 returns of 10 mm: 0.2 mm at their centre, 0.1 mm/m in slope; five sigma.
+    np.testing.assert_allclose(found.plane[:2], truth[:2], atol=1e-3)
+    assert found.plane[2] == pytest.approx(truth[2], abs=2e-3)
+    assert found.height_error == pytest.approx(0.02, abs=2e-3)
+
+
+def test_covariance_of_the_plane_covers_its_error():
+    errors = []
+    for seed in range(40):
+        found = fit_floor(low_returns((0.0, 0.0, -0.7), 400, seed=seed), 0.70)
+        errors.append((found.plane[2] + 0.7) / found.sigma(np.zeros(1), np.zeros(1))[0])
+    assert 0.6 < np.std(errors) < 1.6
+
+
+def test_a_floor_too_far_from_the_mounting_height_is_not_followed():
+    found = fit_floor(low_returns((0.0, 0.0, -1.2)), 0.70)
+    assert found.source == FloorSource.MOUNTING
+    np.testing.assert_array_equal(found.plane, [0.0, 0.0, -0.70])
+    assert found.sigma(np.zeros(1), np.zeros(1))[0] >= 0.05
+
+
+def test_the_last_good_plane_stands_in_where_smoke_hides_the_floor():
+    good = fit_floor(low_returns((0.02, 0.0, -0.68)), 0.70)
+    found = fit_floor(np.zeros((0, 3)), 0.70, good)
+    assert found.source == FloorSource.MEASURED_BEFORE
+    np.testing.assert_array_equal(found.plane, good.plane)
+    assert np.all(np.diag(found.covariance) > np.diag(good.covariance))
+
+
+def test_one_line_of_returns_is_no_plane():
+    line = low_returns((0.0, 0.0, -0.7), 500)
+    line[:, 1] = 1.0
+    assert fit_floor(line, 0.70).source == FloorSource.MOUNTING
+
+
+# --- the walls -----------------------------------------------------------------------------------
+
+
+def test_profile_of_a_box_room():
+    found = reconstruct(room_scan(noise=0.01))
+    assert np.all(found.profile.kind == SEEN)
+    np.testing.assert_allclose(found.profile.distance, true_distance(), atol=0.02)
+
+
+def test_profile_does_not_end_at_furniture():
+    view = room_scan()
+    xyz = view.xyz.copy()
+    range_ = np.linalg.norm(xyz, axis=1)
+    # A cupboard 1.2 m high whose front stands at x = 2.5 from y = -0.8 to 0.8.
+    at_front = xyz * (2.5 / np.maximum(xyz[:, :1], 1e-6))
+    front = (xyz[:, 0] > 2.5) & (np.abs(at_front[:, 1]) < 0.8) & (at_front[:, 2] < 0.5)
+    xyz[front] = at_front[front]
+    assert np.count_nonzero(front & (range_ > 2.5)) > 500
+    found = reconstruct(view._replace(xyz=xyz))
+    np.testing.assert_allclose(found.profile.distance, true_distance(), atol=0.02)
+
+
+def test_a_gap_in_a_wall_is_bridged_along_it():
+    found = reconstruct(without_walls(room_scan(), 350.0, 360.0))
+    gap = slice(int(351 / COLUMN_DEG), int(359 / COLUMN_DEG))
+    assert np.all(found.profile.kind[gap] == INFERRED)
+    np.testing.assert_allclose(found.profile.distance[gap], true_distance()[gap], atol=0.02)
+
+
+def test_a_gap_at_a_corner_is_bridged_round_it():
+    corner = np.degrees(np.arctan2(3.0, 3.4))
+    found = reconstruct(without_walls(room_scan(), corner - 8.0, corner + 8.0))
+    gap = slice(int((corner - 7) / COLUMN_DEG), int((corner + 7) / COLUMN_DEG))
+    assert np.all(found.profile.kind[gap] == INFERRED)
+    np.testing.assert_allclose(found.profile.distance[gap], true_distance()[gap], atol=0.02)
+
+
+def test_half_a_room_without_walls_stays_unknown():
+    view = without_walls(room_scan(), 100.0, 260.0)
+    planar = np.hypot(view.xyz[:, 0], view.xyz[:, 1])
+    azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0])) % 360.0
+    thick = (azimuth > 100.0) & (azimuth < 260.0)
+    found = reconstruct(view.select(~(thick & (planar > 1.5))))
+    middle = slice(int(120 / COLUMN_DEG), int(240 / COLUMN_DEG))
+    assert np.all(found.profile.kind[middle] == LIMIT)
+    claimed = found.surface.xyz[np.isin(columns_of(found.surface.xyz), np.arange(300, 600))]
+    # To the last ring measured within 1.5 m and no farther.
+    assert 1.3 < np.hypot(claimed[:, 0], claimed[:, 1]).max() <= 1.5
+
+
+def test_smoke_near_the_sensor_bounds_nothing():
+    smoke = rooms.smoke_ball(8000, seed=4)
+    weak = smoke._replace(intensity=np.full(8000, 2.0, np.float32))
+    view = rooms.joined(room_scan(), weak)
+    np.testing.assert_allclose(reconstruct(view).profile.distance, true_distance(), atol=0.02)
+
+
+# --- drop-offs -----------------------------------------------------------------------------------
+
+
+def test_a_return_from_below_ends_the_floor_where_its_beam_crossed_it():
+    # Sensor 0.7 m up; returns 0.7 m below the floor at 4 m: their beams crossed it at 2 m.
+    column = np.array([10, 10, 10, 10, 10])
+    planar = np.array([1.0, 1.8, 4.0, 4.0, 4.0])
+    height = np.array([0.0, 0.0, -0.7, -0.7, -0.7])
+    drops = find_drop_offs(column, planar, height, height == 0.0, 0.7, COLUMNS)
+    assert drops.begin[10] == pytest.approx(1.78)  # the last measured floor, less 2 cm
+    assert drops.end[10] == np.inf
+    at = np.array([1.7, 1.9, 3.0])
+    assert drops.hides(np.full(3, 10), at).tolist() == [False, True, True]
+    assert not drops.hides(np.full(3, 500), at).any()
+
+
+def test_floor_goes_on_beyond_a_pit_where_it_is_measured():
+    column = np.full(8, 10)
+    planar = np.array([1.8, 4.0, 4.0, 4.0, 2.9, 3.0, 3.1, 3.2])
+    height = np.array([0.0, -0.7, -0.7, -0.7, 0.0, 0.0, 0.0, 0.0])
+    drops = find_drop_offs(column, planar, height, height == 0.0, 0.7, COLUMNS)
+    at = np.array([2.0, 2.5, 3.0, 4.0])
+    assert drops.hides(np.full(4, 10), at).tolist() == [True, True, False, False]
+
+
+def test_no_floor_is_claimed_over_a_ledge():
+    view = room_scan()
+    xyz = view.xyz.astype(np.float64)
+    # The floor ends at x = 1.8; beyond it the beams fly on to a floor 1 m lower or to the wall.
+    falls = (xyz[:, 2] < -0.699) & (xyz[:, 0] > 1.8)
+    longer = np.minimum(1.7 / 0.7, 3.4 / np.maximum(xyz[:, 0], 1e-9))
+    longer = np.minimum(longer, 3.0 / np.maximum(np.abs(xyz[:, 1]), 1e-9))
+    xyz[falls] *= longer[falls, None]
+    found = reconstruct(view._replace(xyz=xyz.astype(np.float32)))
+    # Columns share what they see with two to either side, 1.6 deg in all: 3 cm at 45 deg.
+    assert 1.7 < found.surface.xyz[:, 0].max() <= 1.83
+    assert found.surface.xyz[:, 0].min() < -3.3
+    assert np.all(found.surface.boundary[:, 0] <= 1.83)
+
+
+# --- the floor that comes out -------------------------------------------------------------------
+
+
+def test_floor_of_a_room_is_whole_and_ends_at_the_walls():
+    surface = reconstruct(room_scan(noise=0.01)).surface
+    x, y, z = surface.xyz.T
+    assert np.abs(x).max() < 3.41 and np.abs(y).max() < 3.01
+    np.testing.assert_allclose(z[surface.provenance == 1], -0.7, atol=3e-3)
+    cells = set(zip(np.floor(x / 0.1).astype(int), np.floor(y / 0.1).astype(int)))
+    wanted = {(i, j) for i in range(-34, 34) for j in range(-30, 30)}
+    assert len(wanted - cells) == 0
+    assert np.all(np.diff(surface.provenance.astype(int)) >= 0)
+    assert np.all(surface.intensity[surface.provenance == 1] == 0.0)
+
+
+def test_reconstructed_points_carry_the_ring_whose_beam_they_lie_on():
+    surface = reconstruct(room_scan()).surface
+    x, y, z = surface.xyz[surface.provenance == 1].astype(np.float64).T
+    elevation = np.degrees(np.arctan2(z, np.hypot(x, y)))
+    expected = np.abs(elevation[:, None] - ELEVATIONS_DEG).argmin(axis=1)
+    off = np.abs(surface.ring[surface.provenance == 1].astype(int) - expected)
+    assert off.max() <= 1  # halfway between two beams rounds either way
+
+
+def test_outline_has_the_area_of_the_room():
+    boundary = reconstruct(room_scan()).surface.boundary.astype(np.float64)
+    x, y = boundary[:, 0], boundary[:, 1]
+    area = 0.5 * np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+    assert area == pytest.approx(6.8 * 6.0, rel=0.01)  # positive: counter-clockwise
+
+
+def test_the_scale_of_intensities_does_not_matter():
+    view = rooms.joined(room_scan(), rooms.smoke_ball(3000, seed=5))
+    answer = reconstruct(view)
+    scaled = reconstruct(view._replace(intensity=(view.intensity / 64).astype(np.float32)))
+    np.testing.assert_array_equal(answer.surface.xyz, scaled.surface.xyz)
+    np.testing.assert_array_equal(answer.labels, scaled.labels)
+
+
+def test_a_tilted_sensor_sees_the_same_room():
+    view = room_scan()
+    R = rooms.tilt(2.0, -3.0)  # level from sensor
+    tilted = view._replace(xyz=(view.xyz.astype(np.float64) @ R).astype(np.float32))
+    for mounting in (Mounting(R, 0.7), Mounting()):
+        found = reconstruct(tilted, mounting)
+        level = found.surface.xyz.astype(np.float64) @ R.T
+        drawn = found.surface.provenance == 1
+        np.testing.assert_allclose(level[drawn, 2], -0.7, atol=5e-3)
+        assert 3.3 < level[:, 0].max() < 3.42 and 2.9 < level[:, 1].max() < 3.02
+        normal = np.append(-found.surface.floor_plane[:2], 1.0)
+        np.testing.assert_allclose(R @ normal / np.linalg.norm(normal), [0, 0, 1], atol=2e-3)
+
+
+def test_order_of_points_does_not_matter():
+    view = room_scan(noise=0.01)
+    order = np.random.default_rng(3).permutation(len(view.xyz))
+    first, second = reconstruct(view), reconstruct(view.select(order))
+    np.testing.assert_array_equal(first.labels[order], second.labels)
+    np.testing.assert_allclose(first.profile.distance, second.profile.distance, atol=1e-6)
+
+
+@pytest.mark.parametrize("count", [0, 1, 30])
+def test_few_points_claim_nothing(count):
+    view = room_scan().select(slice(0, count))
+    found = reconstruct(view)
+    assert len(found.labels) == count
+    assert len(found.surface) <= count and np.all(found.surface.provenance == 0)
+
+
+def test_oddities_of_drivers_are_no_error():
+    for seed in range(4):
+        view = rooms.seeded_cloud(seed)
+        found = reconstruct(view)
+        bad = ~np.isfinite(view.xyz).all(axis=1)
+        assert np.all(found.labels[bad] == Label.INVALID)
+        assert np.isfinite(found.surface.xyz).all()
+
+
+def test_extinction_from_one_wall():
+    # I = 200 cos exp(-2 * 0.4 * R), R from 1 to 5 m.
+    ranges = np.linspace(1.0, 5.0, 2000)
+    cosine = np.full(2000, 0.8)
+    intensity = 200.0 * cosine * np.exp(-0.8 * ranges)
+    found = estimate_visibility(np.zeros(2000, int), ranges, intensity, cosine)
+    assert found.extinction == pytest.approx(0.4, rel=0.01)
+    assert found.meteorological_range == pytest.approx(np.log(20.0) / 0.4, rel=0.01)
+    assert np.isnan(estimate_visibility(*[np.zeros(0)] * 4).extinction)
+
+
+# --- the pipeline --------------------------------------------------------------------------------
+
+
+def test_pipeline_runs_it_on_the_reference_alone():
+    params = Params.from_dict({"reconstructor": {"method": "room_boundary"}})
+    with pytest.raises(ValueError, match="is room_boundary: only the Python engine has it"):
+        Pipeline(params)
+    view = room_scan()
+    result = Pipeline(params, engine="python").process(*view)
+    assert set(np.unique(result.labels)) <= {Label.KEPT, Label.NOISE, Label.GROUND, Label.WALL}
+    assert np.count_nonzero(result.labels == Label.WALL) > 10000
+    assert {-1, 0, 100} == set(np.unique(result.occupancy.cells).tolist())
+    assert isinstance(view, ScanView)
