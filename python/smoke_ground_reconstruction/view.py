@@ -73,7 +73,7 @@ def draw_scan(scan: LidarScan, title: str):
     dots = axes.scatter(-xyz[:, 1], xyz[:, 0], c=xyz[:, 2], s=0.3, cmap="viridis", vmin=-1, vmax=2)
     figure.colorbar(dots, ax=axes, shrink=0.6, label="height above the sensor [m]")
     _draw_sensor(axes)
-    title = f"{title}\n{len(scan.xyz)} points as recorded, no floor reconstructed"
+    title = f"{title}\n{len(xyz)} returns as recorded, no floor reconstructed"
     _finish(axes, title, axes.get_legend_handles_labels()[0])
     return figure
 

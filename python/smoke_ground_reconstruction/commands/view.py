@@ -46,7 +46,9 @@ def _check_target(picture) -> None:
 
 def _drawn(arguments: argparse.Namespace):
     path = arguments.input
-    title = Path(path).name if arguments.scan is None else f"{Path(path).name}, {arguments.scan}"
+    title = Path(path).name
+    if arguments.scan is not None:
+        title += f", scan {arguments.scan}"
     if arguments.topic is None and files.holds_floors(path):
         return view.draw_floor(_only(path, files.open_floors(path, arguments.scan)), title)
     scans = files.open_scans(path, arguments.topic, arguments.scan)
