@@ -8,6 +8,7 @@ from smoke_ground_reconstruction.params import Params
 from smoke_ground_reconstruction.pipeline import Pipeline
 from smoke_ground_reconstruction.reference.drop_offs import find_drop_offs
 from smoke_ground_reconstruction.reference.floor_model import FloorSource, fit_floor
+from smoke_ground_reconstruction.reference.floor_relief import find_relief
 from smoke_ground_reconstruction.reference.label import Label
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
@@ -197,6 +198,56 @@ def test_no_floor_is_claimed_over_a_ledge():
     assert 1.7 < found.surface.xyz[:, 0].max() <= 1.83
     assert found.surface.xyz[:, 0].min() < -3.3
     assert np.all(found.surface.boundary[:, 0] <= 1.83)
+
+
+# --- ramps, platforms, openings -------------------------------------------------------------------
+
+
+def grid_of(x0, x1, y0, y1, step=0.04):
+    x, y = np.meshgrid(np.arange(x0, x1, step), np.arange(y0, y1, step))
+    return np.column_stack([x.ravel(), y.ravel()])
+
+
+def relief_of(xy, height):
+    return find_relief(xy, height, np.sqrt((xy**2).sum(axis=1)))
+
+
+def test_a_ramp_and_the_platform_behind_it_are_floor():
+    xy = grid_of(-3.0, 5.0, -1.0, 1.0)
+    height = np.clip((xy[:, 0] - 1.0) / 8.0, 0.0, 0.25)  # 1:8 from x = 1 to 3, then level
+    relief = relief_of(xy, height)
+    at = np.array([[0.0, 0.1], [2.1, 0.1], [4.0, 0.1], [9.0, 0.1]])
+    np.testing.assert_allclose(relief.at(at), [0.0, 1.1 / 8.0, 0.25, 0.25], atol=0.02)
+
+
+def test_a_low_wide_platform_is_floor_and_a_box_is_not():
+    floor = grid_of(-2.0, 2.0, -1.0, 1.0)
+    podium, box = grid_of(2.0, 4.0, -1.0, 1.0), grid_of(-1.8, -1.2, -0.3, 0.3)
+    low = relief_of(
+        np.vstack([floor, podium]), np.r_[np.zeros(len(floor)), np.full(len(podium), 0.15)]
+    )
+    assert low.at(np.array([[3.0, 0.0], [0.0, 0.0]])).tolist() == [0.15, 0.0]
+    for other, height in ((podium, 0.45), (box, 0.15)):
+        xy = np.vstack([floor, other])
+        assert (
+            len(relief_of(xy, np.r_[np.zeros(len(floor)), np.full(len(other), height)]).cells) == 0
+        )
+
+
+def test_floor_behind_an_open_door_counts_where_it_is_measured():
+    view = room_scan()
+    xyz = view.xyz.astype(np.float64)
+    # A door of 1 m in the wall x = 3.4, up to 1.3 m above the sensor's level less 0.7: beams
+    # through it meet the floor up to x = 5 or nothing.
+    through = np.isclose(xyz[:, 0], 3.4, atol=1e-3) & (np.abs(xyz[:, 1]) < 0.5) & (xyz[:, 2] < 0.6)
+    down = through & (xyz[:, 2] < 0.0)
+    xyz[down] *= (-0.7 / xyz[down, 2])[:, None]
+    keep = ~through | (down & (xyz[:, 0] < 5.0))
+    surface = reconstruct(view._replace(xyz=xyz.astype(np.float32)).select(keep)).surface
+    x, y, _ = surface.xyz.T
+    behind = x > 3.55
+    assert 4.5 < x.max() < 5.0
+    assert np.abs(y[behind] / x[behind]).max() < 0.5 / 3.4 + np.radians(2 * COLUMN_DEG)
 
 
 # --- the floor that comes out -------------------------------------------------------------------

@@ -14,6 +14,8 @@ import numpy as np
 from .azimuth_bins import AzimuthBins
 from .drop_offs import DropOffs, find_drop_offs
 from .floor_model import FloorModel, FloorSource, fit_floor
+from .floor_relief import CELL as RELIEF_CELL
+from .floor_relief import FLAT, find_relief
 from .floor_surface import BoundaryKind, FloorSurface, Provenance
 from .label import Label
 from .scan import Mounting, Scan, ScanView
@@ -110,6 +112,7 @@ class RoomBoundary:
         room = self._look(xyz, view.intensity[valid].astype(np.float64), floor)
         limit = self._limit(room)
         measured = self._measured(room, limit)
+        limit = self._through_openings(room, limit, measured)
         surface = self._surface(view, valid, room, limit, measured, sensor, mounting, floor)
         labels = np.full(len(view.xyz), Label.INVALID, np.uint8)
         labels[valid] = self._labels(room, measured)
@@ -144,6 +147,11 @@ class RoomBoundary:
             measured |= behind & room.goes_on_level()
         return measured
 
+    def _through_openings(self, room, limit, measured):
+        """Limits drawn on to floor measured behind them: it goes on in between."""
+        behind = measured & (room.planar > limit[room.column] + _BEYOND)
+        return np.maximum(limit, room.farthest(behind, beside=1))
+
     def _labels(self, room, measured):
         labels = np.full(len(measured), Label.KEPT, np.uint8)
         labels[room.is_soft] = Label.NOISE
@@ -159,6 +167,7 @@ class RoomBoundary:
         claimed = (planar <= limit[column]) & ~room.drops.hides(column, planar)
         claimed &= ~np.isin(_cells(drawn, _CELL), _cells(room.xyz[measured], _CELL))
         drawn, column = drawn[claimed], column[claimed]
+        drawn[:, 2] += room.relief.at(drawn[:, :2])
         to_sensor = room.rotation.T.dot
         xyz = mounting.to_sensor(np.ascontiguousarray(to_sensor(drawn.T).T, np.float32))
         sure = np.array([_CONFIDENCE[BoundaryKind(k)] for k in range(3)])
@@ -212,7 +221,8 @@ class RoomBoundary:
     def _outline(self, room, limit, mounting):
         """A vertex per column where floor is claimed, and the foot once where none is."""
         radius = np.minimum(limit, room.drops.begin)
-        kind = np.where(radius < limit, BoundaryKind.LIMIT_OF_KNOWLEDGE, room.profile.kind)
+        ends_elsewhere = (radius < limit) | (limit > room.profile.distance)
+        kind = np.where(ends_elsewhere, BoundaryKind.LIMIT_OF_KNOWLEDGE, room.profile.kind)
         claims = radius > 0.0
         if not claims.any():
             return np.zeros((0, 3), np.float32), np.zeros(0, np.uint8)
@@ -241,7 +251,9 @@ class _Room:
         self.ceiling = ceiling_height(self.height, self.planar)
         self.is_low = np.abs(self.height) < _ON_FLOOR
         self.is_soft = self._soft()
-        self._can_be_wall = self.height > _LOWEST_WALL
+        self.relief = FLAT
+        self._find_relief()
+        self._can_be_wall = (self.height > _LOWEST_WALL) & ~self.is_low
         self._can_be_wall &= self.height < self.ceiling - _BELOW_CEILING
         self._can_be_wall &= (self.planar > _NEAREST_WALL) & ~self.is_soft
         self.returns = Returns(
@@ -251,6 +263,16 @@ class _Room:
             self.xyz[self._can_be_wall, :2],
         )
         self.posts = find_posts(*vars(self.returns).values())
+
+    def _find_relief(self):
+        hard = ~self.is_soft
+        self.relief = find_relief(self.xyz[hard, :2], self.height[hard], self.planar[hard])
+        cells = np.column_stack([self.relief.cells, self.relief.height])
+        raised = cells[cells[:, 2] != 0.0]
+        if len(raised) > 0:
+            on = np.isin(_cells(self.xyz, RELIEF_CELL), _numbered(raised[:, :2].astype(np.int64)))
+            on = np.flatnonzero(on & hard)
+            self.is_low[on] = np.abs(self.height[on] - self.relief.at(self.xyz[on, :2])) < _ON_FLOOR
 
     def _soft(self):
         """Returns of smoke near the sensor: weaker, range apart, than walls are beside the floor.
@@ -273,10 +295,10 @@ class _Room:
         self.view = View(self.ceiling, -self.plane[2], steepest)
         self.lines = find_lines(self.posts)
         support = line_support(self.returns, self.lines, directions, self.view)
-        self.seen_floor = self._farthest(self.is_low & ~self._at_a_wall())
+        self.seen_floor = self.farthest(self.is_low & ~self._at_a_wall())
         ceiling = np.zeros(self.columns)
         if np.isfinite(self.ceiling):
-            ceiling = self._farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
+            ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
         self.profile = column_profile(
             self.posts, support, self.view, np.maximum(self.seen_floor, ceiling)
         )
@@ -293,8 +315,8 @@ class _Room:
             near[low[off < _WALL_FOOT]] = True
         return near
 
-    def _farthest(self, which, rank=3):
-        """How far some returns are seen in each column or two beside it [m], else 0.
+    def farthest(self, which, beside=2, rank=3):
+        """How far some returns are seen in each column or some beside it [m], else 0.
 
         The third farthest of a column tells. Not all rings fire in each column.
         """
@@ -304,7 +326,7 @@ class _Room:
         enough = np.bincount(column, minlength=self.columns) >= rank
         found = np.zeros(self.columns)
         found[enough] = planar[order][begin[enough] + rank - 1]
-        return np.max([np.roll(found, k) for k in (-2, -1, 0, 1, 2)], axis=0)
+        return np.max([np.roll(found, k) for k in range(-beside, beside + 1)], axis=0)
 
     def _drop_offs(self):
         distance = self.profile.distance[self.column]
@@ -384,5 +406,8 @@ def _nearest_rings(xyz, sensor):
 
 def _cells(xyz, size):
     """One number per cell (N,) of a grid aligned to the sensor."""
-    cell = np.floor(xyz[:, :2] / size).astype(np.int64)
+    return _numbered(np.floor(xyz[:, :2] / size).astype(np.int64))
+
+
+def _numbered(cell):
     return cell[:, 0] * 1000003 + cell[:, 1]
