@@ -5,13 +5,14 @@ Every wait is for a condition: the nodelets answer, the chain listens, the last 
 
 import contextlib
 import os
+import re
 import signal
 import socket
 import subprocess
 import tempfile
 import threading
 import time
-from typing import Any, Callable, Dict, Iterator, List, Set
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Set
 
 import rosbag
 import rosgraph
@@ -79,9 +80,18 @@ def nodelets(launch_arguments: Dict[str, Any]) -> Iterator[None]:
     with tempfile.TemporaryFile("w+") as log, _running(command, log) as process:
         if not _becomes_true(_nodelets_answer, _START_DEADLINE, process):
             log.seek(0)
-            said = [line.strip() for line in log if line.strip()] or ["nothing"]
-            raise CommandError(f"the nodelets did not start; roslaunch said: {said[-1]}")
+            raise CommandError(f"the nodelets did not start; roslaunch said: {complaint(log)}")
         yield
+
+
+def complaint(log: Iterable[str]) -> str:
+    """What went wrong according to roslaunch's output: its first error and what follows, on one
+    line; else the last thing it said."""
+    plain = (re.sub(r"\x1b\[[0-9;]*m", "", line).strip() for line in log)
+    lines = [line for line in plain if line]
+    errors = [i for i, line in enumerate(lines) if re.search("exception|error|fatal", line.lower())]
+    start = errors[0] if errors else len(lines) - 1
+    return " ".join(lines[max(start, 0) : start + 4]) or "nothing"
 
 
 def record(scans: Scans, output: str, rate: float) -> int:

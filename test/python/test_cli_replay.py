@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from box_room import HEIGHT, box_room
+from smoke_ground_reconstruction import replay as replay_module
 from smoke_ground_reconstruction.cli import main
 from smoke_ground_reconstruction.io import files
 
@@ -62,3 +63,11 @@ def test_what_cannot_be_replayed_is_one_line(tmp_path, capsys):
     assert main(["replay", scans, "o.npz"]) == 1
     assert "ending must be .bag" in capsys.readouterr().err
     assert not (tmp_path / "o.bag").exists()
+
+
+def test_what_roslaunch_complains_of_is_told():
+    log = ["... logging\n", "\x1b[31mRLException: two files named\n", "  - a\n", "  - b\x1b[0m\n"]
+    said = replay_module.complaint([*log, "see the log\n"])
+    assert said.startswith("RLException: two files named - a - b")
+    assert replay_module.complaint(["one\n", "two\n"]) == "two"
+    assert replay_module.complaint([]) == "nothing"
