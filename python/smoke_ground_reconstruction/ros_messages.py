@@ -210,7 +210,7 @@ def polygon_message(header, boundary) -> PolygonStamped:
 _LIFETIME = 1.0  # [s]; a floor that is not renewed must not stay in sight
 _LINE_WIDTH = 0.06  # [m]
 _TEXT_HEIGHT = 0.3  # [m]
-_TEXT_LIFT = 0.4  # of a text's middle above the floor [m]
+_TEXT_LIFT = 1.0  # of a text's middle above the floor [m]
 _WALL_SEEN, _WALL_INFERRED, _LIMIT_OF_KNOWLEDGE = 0, 1, 2
 _COLORS = {
     _WALL_SEEN: (0.1, 0.8, 0.3),
@@ -303,7 +303,7 @@ def _legend(header, claims_floor, mounting):
     color = (1.0, 1.0, 1.0) if claims_floor else _COLORS[_LIMIT_OF_KNOWLEDGE]
     words = "green: wall seen   orange: wall inferred   red: unknown beyond"
     text = _text(header, "legend", 0, color, words if claims_floor else "NO FLOOR KNOWN")
-    text.scale.z = _TEXT_HEIGHT / 2
+    text.scale.z = _TEXT_HEIGHT * 2 / 3
     text.pose.position = _on_floor(mounting, 0, 0, mounting.sensor_height + _TEXT_LIFT)
     return text
 

@@ -15,7 +15,7 @@ using visualization_msgs::Marker;
 constexpr double kLifetime = 1.0;    // [s]; a floor that is not renewed must not stay in sight
 constexpr double kLineWidth = 0.06;  // [m]
 constexpr double kTextHeight = 0.3;  // [m]
-constexpr double kTextLift = 0.4;    // of a text's middle above the floor [m]
+constexpr double kTextLift = 1.0;    // of a text's middle above the floor [m]
 constexpr std::array<BoundaryKind, 3> kKinds = {
     BoundaryKind::kWallSeen, BoundaryKind::kWallInferred, BoundaryKind::kLimitOfKnowledge};
 
@@ -136,7 +136,7 @@ Marker legend(const std_msgs::Header& header, const FloorOutline& outline,
              claims_floor ? makeColor(1, 1, 1) : colorOf(BoundaryKind::kLimitOfKnowledge),
              claims_floor ? "green: wall seen   orange: wall inferred   red: unknown beyond"
                           : "NO FLOOR KNOWN");
-  text.scale.z = kTextHeight / 2;
+  text.scale.z = kTextHeight * 2 / 3;
   text.pose.position = pointOnFloor(mounting, 0, 0, mounting.sensor_height + kTextLift);
   return text;
 }
