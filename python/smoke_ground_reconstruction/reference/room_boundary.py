@@ -284,7 +284,8 @@ class _Room:
         near_floor = self.is_low & (self.planar < 2.5)
         if not near_floor.any():
             return np.zeros(len(square), bool)
-        gate = _SOFT_FACTOR * np.median(strength[near_floor])
+        # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
+        gate = _SOFT_FACTOR * np.mean(strength[near_floor])
         return (square < _SOFT_RANGE**2) & (strength < gate) & (self.height > _LOWEST_WALL)
 
     def find_walls(self, directions):
