@@ -13,8 +13,8 @@ polar_segments          Section 3.4, Eq. 3.1, Algorithms 3 and 5
 room_boundary           ours, against the limits of Section 6.2
 ======================= ==================================================
 
-Under ``room_boundary`` lie ``floor_model``, ``floor_relief``, ``wall_profile``, ``drop_offs`` and
-``visibility``.
+Under ``room_boundary`` lie ``floor_model``, ``room`` (with ``wall_profile``, ``floor_relief``,
+``drop_offs``, ``visibility``) and ``floor_completion`` (with ``confidence``).
 Under them all lie ``scan`` (the points laid out once), ``sensor_model`` (rings by elevation) and
 ``azimuth_bins`` (columns and segments); ``pipeline`` runs the stages in order.
 """

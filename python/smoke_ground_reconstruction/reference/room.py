@@ -1,0 +1,189 @@
+"""What one scan shows of its room, in the frame that stands its walls upright."""
+
+import math
+
+import numpy as np
+
+from .cells import cell_keys, cell_numbers
+from .drop_offs import find_drop_offs
+from .floor_relief import CELL as RELIEF_CELL
+from .floor_relief import FLAT, find_relief
+from .visibility import estimate_visibility
+from .wall_profile import (
+    Returns,
+    View,
+    ceiling_height,
+    column_profile,
+    find_lines,
+    find_posts,
+    line_support,
+)
+
+BEYOND = 0.15  # floor measured this far behind the boundary lies behind an opening [m]
+_ON_FLOOR = 0.03  # a return so near to the plane may be floor [m]
+_LOWEST_WALL = 0.1  # and one so far above it may be wall [m]
+_NEAREST_WALL = 0.2  # planar range [m]
+_BELOW_CEILING = 0.05
+_WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
+_SOFT_RANGE = 1.5  # smoke's own returns come from nearer [m]
+_SOFT_FACTOR = 2.0  # and are at most this many times as strong as the floor's at that range
+_PLUMB = 0.3  # floors tilted by less against the vertical are taken as level [deg]
+_OPENING_CELL = 0.2
+_OPENING_POINTS = 3
+_OPENING_HEIGHT = 0.012  # floor behind an opening must go on as level as this [m]
+
+
+class Room:
+    """The returns of one scan in an upright frame, and what stands in it."""
+
+    def __init__(self, xyz, intensity, floor, rotation, bins):
+        self.rotation = rotation
+        self.xyz = xyz @ rotation.T
+        self.intensity = intensity
+        self.plane = rotated_plane(floor.plane, rotation)
+        self.columns = bins.count()
+        a, b, c = self.plane
+        self.height = self.xyz[:, 2] - (a * self.xyz[:, 0] + b * self.xyz[:, 1] + c)
+        self.planar = np.sqrt(self.xyz[:, 0] ** 2 + self.xyz[:, 1] ** 2)
+        self.column = bins.index(self.xyz[:, 0], self.xyz[:, 1])
+        self.ceiling = ceiling_height(self.height, self.planar)
+        self.is_low = np.abs(self.height) < _ON_FLOOR
+        self.is_soft = self._soft()
+        self.relief = FLAT
+        self._find_relief()
+        self._can_be_wall = (self.height > _LOWEST_WALL) & ~self.is_low
+        self._can_be_wall &= self.height < self.ceiling - _BELOW_CEILING
+        self._can_be_wall &= (self.planar > _NEAREST_WALL) & ~self.is_soft
+        self.returns = Returns(
+            self.column[self._can_be_wall],
+            self.planar[self._can_be_wall],
+            self.height[self._can_be_wall],
+            self.xyz[self._can_be_wall, :2],
+        )
+        self.posts = find_posts(*vars(self.returns).values())
+
+    def _find_relief(self):
+        hard = ~self.is_soft
+        self.relief = find_relief(self.xyz[hard, :2], self.height[hard], self.planar[hard])
+        cells = np.column_stack([self.relief.cells, self.relief.height])
+        raised = cells[cells[:, 2] != 0.0]
+        if len(raised) > 0:
+            numbers = cell_numbers(raised[:, :2].astype(np.int64))
+            on = np.isin(cell_keys(self.xyz, RELIEF_CELL), numbers)
+            on = np.flatnonzero(on & hard)
+            self.is_low[on] = np.abs(self.height[on] - self.relief.at(self.xyz[on, :2])) < _ON_FLOOR
+
+    def _soft(self):
+        """Returns of smoke near the sensor: weaker, range apart, than walls are beside the floor.
+
+        Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
+        """
+        square = (self.xyz**2).sum(axis=1)
+        strength = self.intensity * square
+        near_floor = self.is_low & (self.planar < 2.5)
+        if not near_floor.any():
+            return np.zeros(len(square), bool)
+        # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
+        gate = _SOFT_FACTOR * np.mean(strength[near_floor])
+        return (square < _SOFT_RANGE**2) & (strength < gate) & (self.height > _LOWEST_WALL)
+
+    def find_walls(self, directions):
+        """Lines, the profile of the boundary and the drop-offs."""
+        off_axis = self.planar > _NEAREST_WALL
+        slopes = self.xyz[off_axis, 2] / self.planar[off_axis]
+        steepest = np.percentile(slopes, 99.9) if len(slopes) > 0 else 0.0
+        self.view = View(self.ceiling, -self.plane[2], steepest)
+        self.lines = find_lines(self.posts)
+        support = line_support(self.returns, self.lines, directions, self.view)
+        self.seen_floor = self.farthest(self.is_low & ~self._at_a_wall())
+        ceiling = np.zeros(self.columns)
+        if np.isfinite(self.ceiling):
+            ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
+        self.profile = column_profile(
+            self.posts, support, self.view, np.maximum(self.seen_floor, ceiling)
+        )
+        self.drops = self._drop_offs()
+        if not np.isfinite(self.drops.begin).any():
+            # A ceiling seen overhead has a floor beneath, unless floors are known to end here.
+            self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
+
+    def _at_a_wall(self):
+        near = np.zeros(len(self.xyz), bool)
+        if len(self.lines.rho) > 0:
+            low = np.flatnonzero(self.is_low)
+            off = np.abs(self.lines.distances(self.xyz[low, :2])).min(axis=0)
+            near[low[off < _WALL_FOOT]] = True
+        return near
+
+    def farthest(self, which, beside=2, rank=3):
+        """How far some returns are seen in each column or some beside it [m], else 0.
+
+        The third farthest of a column tells. Not all rings fire in each column.
+        """
+        column, planar = self.column[which], self.planar[which]
+        order = np.lexsort((-planar, column))
+        begin = np.searchsorted(column[order], np.arange(self.columns))
+        enough = np.bincount(column, minlength=self.columns) >= rank
+        found = np.zeros(self.columns)
+        found[enough] = planar[order][begin[enough] + rank - 1]
+        return np.max([np.roll(found, k) for k in range(-beside, beside + 1)], axis=0)
+
+    def _drop_offs(self):
+        distance = self.profile.distance[self.column]
+        inside = (self.planar < distance + 2 * BEYOND) | (distance == 0.0)
+        floor = self.is_low & ~self._at_a_wall()
+        floor &= (self.planar < distance - _WALL_FOOT) | (distance == 0.0)
+        return find_drop_offs(
+            self.column[inside],
+            self.planar[inside],
+            self.height[inside],
+            floor[inside],
+            -self.plane[2],
+            self.columns,
+        )
+
+    def goes_on_level(self):
+        """Is a return's cell as level as the floor? The median of its low returns decides."""
+        low = np.flatnonzero(np.abs(self.height) < 5 * _ON_FLOOR)
+        cell = cell_keys(self.xyz, _OPENING_CELL)
+        order = low[np.lexsort((self.height[low], cell[low]))]
+        cells, begin, count = np.unique(cell[order], return_index=True, return_counts=True)
+        median = self.height[order[begin + count // 2]]
+        good = (np.abs(median) < _OPENING_HEIGHT) & (count >= _OPENING_POINTS)
+        return np.isin(cell, cells[good])
+
+    def is_wall(self):
+        """Returns on the line of their column's boundary."""
+        line = self.profile.line[self.column]
+        known = self._can_be_wall & (line >= 0)
+        nx, ny, rho = (values[line[known]] for values in vars(self.lines).values())
+        off = np.abs(nx * self.xyz[known, 0] + ny * self.xyz[known, 1] - rho)
+        known[known] = off < _WALL_FOOT
+        return known
+
+    def visibility(self):
+        """The smoke's extinction from the boundary's walls."""
+        wall = self.is_wall()
+        line, xyz = self.profile.line[self.column[wall]], self.xyz[wall]
+        ranges = np.sqrt((xyz**2).sum(axis=1))
+        cosine = np.abs(self.lines.nx[line] * xyz[:, 0] + self.lines.ny[line] * xyz[:, 1]) / ranges
+        return estimate_visibility(line, ranges, self.intensity[wall], cosine)
+
+
+def upright_candidates(plane):
+    """Rotations (3, 3) that may stand the walls upright: none, and the one that levels the floor.
+
+    A tilted floor in a plumb building has plumb walls; a tilted sensor sees both tilted alike.
+    """
+    a, b, _ = plane
+    normal = np.array([-a, -b, 1.0]) / math.sqrt(a * a + b * b + 1.0)
+    if normal[2] > math.cos(math.radians(_PLUMB)):
+        return [np.eye(3)]
+    axis = np.array([[0, 0, -normal[0]], [0, 0, -normal[1]], [normal[0], normal[1], 0]])
+    return [np.eye(3), np.eye(3) + axis + axis @ axis / (1.0 + normal[2])]
+
+
+def rotated_plane(plane, rotation):
+    """z = a x + b y + c in a frame turned by a rotation."""
+    normal = rotation @ np.array([-plane[0], -plane[1], 1.0])
+    return np.array([-normal[0] / normal[2], -normal[1] / normal[2], plane[2] / normal[2]])
