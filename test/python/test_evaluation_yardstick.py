@@ -92,6 +92,33 @@ def test_claim_over_a_hole_is_a_false_positive(out_of_sight):
     assert (score.hole_cells, score.hole_claimed) == (4, 4)
 
 
+def pit_truth():
+    """6 x 4 cells of floor; its last column is a pit, the one before the pit's rim."""
+    truth = rectangle_truth(columns=6, rows=4)
+    truth.hole[MARGIN:-MARGIN, -MARGIN - 1] = True
+    truth.visible_floor &= ~truth.hole
+    truth.hole_rim[MARGIN:-MARGIN, -MARGIN - 2] = True
+    return truth
+
+
+def test_precision_at_a_hole_counts_its_cells_and_its_rim_alone():
+    """All 20 floor cells and one of the pit's four: 4 right and 1 wrong at the hole."""
+    truth = pit_truth()
+    cells = truth.visible_floor.copy()
+    cells[MARGIN, -MARGIN - 1] = True
+    score = score_floor(points_of_cells(truth, cells), truth)
+    assert score.hole_precision == pytest.approx(4 / 5)
+    assert score.counts.precision == pytest.approx(20 / 21)
+    assert score.to_dict()["hole_precision"] == score.hole_precision
+
+
+def test_who_claims_nothing_at_a_hole_has_no_precision_there():
+    truth = pit_truth()
+    cells = truth.visible_floor & ~truth.hole_rim
+    assert score_floor(points_of_cells(truth, cells), truth).hole_precision is None
+    assert score_floor(floor_points(truth), rectangle_truth()).hole_precision is None
+
+
 def test_claims_beyond_the_grid_are_false_positives():
     """Two points of one cell and one of another, 10 m away."""
     truth = rectangle_truth()

@@ -38,6 +38,7 @@ def figures(cells):
         for name in ("iou", "recall", "accuracy", "f1", "knowable_recall", "knowable_iou"):
             found.append(Figure(f"{name}@{cell}", ("floor", cell, name), min))
         found.append(Figure(f"precision@{cell}", ("floor", cell, "precision"), min))
+        found.append(Figure(f"hole_precision@{cell}", ("floor", cell, "hole_precision"), min))
         found.append(Figure(f"hole_claimed@{cell}", ("floor", cell, "hole_claimed"), max))
         for name in ("mean", "median"):
             found.append(Figure(f"height_{name}@{cell}", ("floor", cell, "height", name), _widest))

@@ -32,6 +32,8 @@ class FloorScore:
         hole_cells, hole_claimed: cells wholly without floor over a drop, and how many are claimed.
         rim_cells, rim_claimed: cells beside a drop, and how many are claimed: no fault, but where
             a robot looks first.
+        hole_precision: precision over the cells of the drops and of their 0.3 m rim alone; None
+            where nothing of them is claimed.
     """
 
     grid: grids.CellGrid
@@ -45,6 +47,7 @@ class FloorScore:
     hole_claimed: int
     rim_cells: int
     rim_claimed: int
+    hole_precision: object
 
     def to_dict(self):
         """Plain numbers by name, lengths in metres."""
@@ -57,6 +60,7 @@ class FloorScore:
             hole_claimed=self.hole_claimed,
             rim_cells=self.rim_cells,
             rim_claimed=self.rim_claimed,
+            hole_precision=self.hole_precision,
             height=self.heights.to_dict(),
         )
         return result
@@ -96,7 +100,14 @@ def score_floor(xyz, truth):
         hole_claimed=int(np.count_nonzero(hole & claimed.cells)),
         rim_cells=int(np.count_nonzero(rim)),
         rim_claimed=int(np.count_nonzero(rim & claimed.cells)),
+        hole_precision=_precision_within(hole | rim, classification),
     )
+
+
+def _precision_within(cells, classification):
+    right = int(np.count_nonzero(cells & classification.true_positive))
+    wrong = int(np.count_nonzero(cells & classification.false_positive))
+    return ratio(right, right + wrong) if right + wrong else None
 
 
 def _knowable(claimed, truth, ignored):
