@@ -78,8 +78,35 @@ def test_covariance_of_the_plane_covers_its_error():
     errors = []
     for seed in range(40):
         found = fit_floor(low_returns((0.0, 0.0, -0.7), 400, seed=seed), 0.70)
-        errors.append((found.plane[2] + 0.7) / found.sigma(np.zeros(1), np.zeros(1))[0])
+        errors.append((found.plane[2] + 0.7) / np.sqrt(found.covariance[2, 2]))
     assert 0.6 < np.std(errors) < 1.6
+
+
+def test_a_ranges_noise_is_told_from_the_floors_unevenness():
+    rng = np.random.default_rng(3)
+    xyz = low_returns((0.0, 0.0, -0.7), 20000, 0.0)
+    ranges = np.sqrt((xyz**2).sum(axis=1, keepdims=True))
+    noisy = fit_floor(xyz * (1.0 + 0.01 * rng.standard_normal((len(xyz), 1)) / ranges), 0.70)
+    assert noisy.noise == pytest.approx(0.010, rel=0.15)
+    assert noisy.uneven < 0.004
+    xyz[:, 2] += 0.008 * rng.standard_normal(len(xyz))
+    uneven = fit_floor(xyz, 0.70)
+    assert uneven.noise < 0.004
+    assert uneven.uneven == pytest.approx(0.008, rel=0.15)
+
+
+def test_feet_of_one_far_wall_do_not_tilt_the_plane():
+    # A wall at x = 4 whose lowest 50 mm are in reach of the coarse fit: 25 mm high in the mean.
+    rng = np.random.default_rng(4)
+    xyz = low_returns((0.0, 0.0, -0.7), 4000, 0.0)
+    ranges = np.sqrt((xyz**2).sum(axis=1, keepdims=True))
+    xyz *= 1.0 + 0.01 * rng.standard_normal((len(xyz), 1)) / ranges
+    foot = np.column_stack(
+        [np.full(200, 4.0), rng.uniform(-3, 3, 200), rng.uniform(-0.70, -0.65, 200)]
+    )
+    found = fit_floor(np.vstack([xyz, foot]), 0.70)
+    # All 200 at full weight would tilt it by 2.5 mm over the 4 m.
+    assert abs(found.plane[0] * 4.0 + found.plane[2] + 0.7) < 0.0015
 
 
 def test_a_floor_too_far_from_the_mounting_height_is_not_followed():

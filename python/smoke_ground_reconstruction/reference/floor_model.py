@@ -6,7 +6,7 @@ weighted out.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import numpy as np
@@ -19,8 +19,12 @@ _SLOT = 0.01  # heights are voted for in slots of this size [m]
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
 _PRIOR_SLOPE = math.tan(math.radians(3.0))  # one sigma of the prior
 _PRIOR_HEIGHT = 0.05
-_SCALES = (0.05, 0.03, 0.02, 0.02, 0.02, 0.02)  # of the residuals, coarse to fine [m]
+_SCALES = (0.05, 0.03, 0.02)  # of the residuals, coarse to fine, before those of the noise [m]
+_STEPS = 4  # of reweighting by the noise
 _TUKEY = 3.0  # residuals beyond so many scales have no weight
+_UNEVEN = 0.003  # no floor is flatter, one sigma [m]
+_NOISE_LEAST, _NOISE_MOST = 0.002, 0.03  # of a range [m]
+_MAD = 1.4826  # a sigma in median absolute deviations
 _FEWEST = 50.0  # returns that make a plane
 _NARROWEST = 0.6  # and the length they must span across, two sigma [m]
 
@@ -46,7 +50,9 @@ class FloorModel:
     weight : float
         Number of returns behind it, each counted by its Tukey weight.
     noise : float
-        One sigma of a return's height about the plane [m].
+        One sigma of a return's range [m].
+    uneven : float
+        One sigma of the floor's own height about the plane [m].
     source : FloorSource
     height_error : float
         Measured less given height of the sensor over the floor [m].
@@ -56,6 +62,7 @@ class FloorModel:
     covariance: np.ndarray
     weight: float
     noise: float
+    uneven: float
     source: FloorSource
     height_error: float = 0.0
 
@@ -65,9 +72,12 @@ class FloorModel:
         return xyz[:, 2] - (a * xyz[:, 0] + b * xyz[:, 1] + c)
 
     def sigma(self, x, y):
-        """One sigma of the plane's own height at (x, y) [m]."""
+        """One sigma of the floor's height at (x, y): the plane's and the unevenness about it [m].
+
+        Biases common to all returns (range walk) are below the unevenness of at least 3 mm.
+        """
         at = np.stack([x, y, np.ones_like(x)], axis=-1)
-        return np.sqrt(np.einsum("...i,ij,...j->...", at, self.covariance, at))
+        return np.sqrt(np.einsum("...i,ij,...j->...", at, self.covariance, at) + self.uneven**2)
 
 
 def fit_floor(xyz, sensor_height, before=None):
@@ -97,11 +107,15 @@ def fit_floor(xyz, sensor_height, before=None):
         if found is not None:
             return found
     if before is not None:
-        return FloorModel(
-            before.plane, 4.0 * before.covariance, 0.0, before.noise, FloorSource.MEASURED_BEFORE
+        return replace(
+            before,
+            covariance=4.0 * before.covariance,
+            weight=0.0,
+            source=FloorSource.MEASURED_BEFORE,
+            height_error=0.0,
         )
     plane = np.array([0.0, 0.0, -sensor_height])
-    return FloorModel(plane, _prior_covariance(), 0.0, 0.01, FloorSource.MOUNTING)
+    return FloorModel(plane, _prior_covariance(), 0.0, 0.01, _UNEVEN, FloorSource.MOUNTING)
 
 
 def _prior_covariance():
@@ -140,25 +154,58 @@ def _coarse(low, sensor_height):
 
 
 def _refined(low, plane, sensor_height):
-    """Tukey's reweighted least squares; None where too little floor is left."""
+    """Tukey's reweighted least squares; None where too little floor is left.
+
+    A range's noise lifts a return by noise times the sine of the grazing angle: far returns tell
+    heights best, and what lies a little above the floor there (wall feet) is told from it.
+    """
     design = np.column_stack([low[:, :2], np.ones(len(low))])
-    prior = np.linalg.inv(_prior_covariance())
+    sine = np.abs(low[:, 2]) / np.sqrt((low * low).sum(axis=1))
     for scale in _SCALES:
-        u = (low[:, 2] - design @ plane) / (_TUKEY * scale)
-        weight = np.where(np.abs(u) < 1.0, (1.0 - u * u) ** 2, 0.0)
-        normal = design.T @ (weight[:, None] * design) + prior * scale**2
-        right = design.T @ (weight * low[:, 2]) + prior @ [0.0, 0.0, -sensor_height] * scale**2
-        plane = np.linalg.solve(normal, right)
+        plane, weight, _ = _reweighted(low, design, plane, np.full(len(low), scale), sensor_height)
+    for _ in range(_STEPS):
+        noise, uneven = _noise(low[:, 2] - design @ plane, sine)
+        scale = np.sqrt((noise * sine) ** 2 + uneven**2)
+        plane, weight, normal = _reweighted(low, design, plane, scale, sensor_height)
     total = weight.sum()
     if total < _FEWEST or _width(low, weight) < _NARROWEST:
         return None
-    noise = math.sqrt((weight * (low[:, 2] - design @ plane) ** 2).sum() / total)
     error = -plane[2] - sensor_height
     if abs(error) > _BOUND:
         return None
     return FloorModel(
-        plane, noise**2 * np.linalg.inv(normal), total, noise, FloorSource.MEASURED, error
+        plane, np.linalg.inv(normal), total, noise, uneven, FloorSource.MEASURED, error
     )
+
+
+def _reweighted(low, design, plane, scale, sensor_height):
+    """One step: the plane, the Tukey weights about the last one, and the inverse covariance."""
+    u = (low[:, 2] - design @ plane) / (_TUKEY * scale)
+    weight = np.where(np.abs(u) < 1.0, (1.0 - u * u) ** 2, 0.0)
+    inverse = weight / (scale * scale)
+    prior = np.linalg.inv(_prior_covariance())
+    normal = design.T @ (inverse[:, None] * design) + prior
+    right = design.T @ (inverse * low[:, 2]) + prior @ [0.0, 0.0, -sensor_height]
+    return np.linalg.solve(normal, right), weight, normal
+
+
+def _noise(residual, sine):
+    """One sigma of a range, and of the floor's own unevenness [m].
+
+    A height's variance is (noise sine)^2 + unevenness^2; the medians of the steeper and of the
+    flatter half of the returns tell both.
+    """
+    near = np.abs(residual) < _TUKEY * _SCALES[-1]
+    residual, sine = residual[near], sine[near]
+    if len(sine) < _FEWEST:
+        return _NOISE_LEAST, _UNEVEN
+    steep = sine >= np.median(sine)
+    variance = [(_MAD * np.median(np.abs(residual[half]))) ** 2 for half in (steep, ~steep)]
+    square = [np.median(sine[half]) ** 2 for half in (steep, ~steep)]
+    slope = (variance[0] - variance[1]) / max(square[0] - square[1], 1e-6)
+    noise = math.sqrt(min(max(slope, _NOISE_LEAST**2), _NOISE_MOST**2))
+    uneven = variance[1] - noise * noise * square[1]
+    return noise, math.sqrt(max(uneven, _UNEVEN**2))
 
 
 def _width(low, weight):
