@@ -66,7 +66,7 @@ def claim_floor(room):
 
 def _measured(room, limit):
     """Returns that are floor: before the boundary, or level with it behind an opening."""
-    before = room.planar <= limit[room.column]
+    before = (room.planar <= limit[room.column]) & (room.past_wall() <= -_AT_WALL)
     behind = room.planar > limit[room.column] + BEYOND
     level = room.is_low & ~room.drops.hides(room.column, room.planar)
     measured = level & before

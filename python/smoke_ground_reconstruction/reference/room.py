@@ -152,14 +152,22 @@ class Room:
         good = (np.abs(median) < _OPENING_HEIGHT) & (count >= _OPENING_POINTS)
         return np.isin(cell, cells[good])
 
+    def past_wall(self):
+        """How far (N,) returns lie beyond the line of their column's boundary [m].
+
+        Negative infinity where that is no line. A column's own distance is that of its middle;
+        along an oblique wall its edges differ by more than the walls are known to.
+        """
+        line = self.profile.line[self.column]
+        known = line >= 0
+        past = np.full(len(line), -np.inf)
+        nx, ny, rho = (values[line[known]] for values in vars(self.lines).values())
+        past[known] = nx * self.xyz[known, 0] + ny * self.xyz[known, 1] - rho
+        return past
+
     def is_wall(self):
         """Returns on the line of their column's boundary."""
-        line = self.profile.line[self.column]
-        known = self._can_be_wall & (line >= 0)
-        nx, ny, rho = (values[line[known]] for values in vars(self.lines).values())
-        off = np.abs(nx * self.xyz[known, 0] + ny * self.xyz[known, 1] - rho)
-        known[known] = off < _WALL_FOOT
-        return known
+        return self._can_be_wall & (np.abs(self.past_wall()) < _WALL_FOOT)
 
     def visibility(self):
         """The smoke's extinction from the boundary's walls."""
