@@ -57,7 +57,8 @@ class DrawnFloor:
 def claim_floor(room):
     """How far the floor of a room is claimed, and which returns are floor."""
     distance = room.profile.distance
-    limit = np.where(distance > 0.0, np.maximum(0.0, distance - _AT_WALL), room.seen_floor)
+    open_end = np.maximum(room.seen_floor, room.drops.floor_to)
+    limit = np.where(distance > 0.0, np.maximum(0.0, distance - _AT_WALL), open_end)
     measured = _measured(room, limit)
     # Drawn on to floor measured behind an opening: it goes on in between.
     behind = measured & (room.planar > limit[room.column] + BEYOND)

@@ -102,7 +102,7 @@ class Room:
         self.profile = column_profile(
             self.posts, support, self.view, np.maximum(self.seen_floor, ceiling)
         )
-        self.drops = self._drop_offs()
+        self.drops = self._drop_offs(directions)
         if not np.isfinite(self.drops.begin).any():
             # A ceiling seen overhead has a floor beneath, unless floors are known to end here.
             self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
@@ -128,7 +128,7 @@ class Room:
         found[enough] = planar[order][begin[enough] + rank - 1]
         return np.max([np.roll(found, k) for k in range(-beside, beside + 1)], axis=0)
 
-    def _drop_offs(self):
+    def _drop_offs(self, directions):
         distance = self.profile.distance[self.column]
         inside = (self.planar < distance + 2 * BEYOND) | (distance == 0.0)
         floor = self.is_low & ~self._at_a_wall()
@@ -139,8 +139,14 @@ class Room:
             self.height[inside],
             floor[inside],
             -self.plane[2],
-            self.columns,
+            directions,
+            self._wall_normals(),
         )
+
+    def _wall_normals(self):
+        """Of the walls that bound the room, (W, 2)."""
+        walls = np.unique(self.profile.line[self.profile.line >= 0])
+        return np.column_stack([self.lines.nx[walls], self.lines.ny[walls]])
 
     def goes_on_level(self):
         """Is a return's cell as level as the floor? The median of its low returns decides."""

@@ -107,7 +107,7 @@ class Outside:
     reflectivity: float
 
 
-@dataclass(eq=False)
+@dataclass
 class Scene:
     """A room and everything in it; see load_scene()."""
 
