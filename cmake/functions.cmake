@@ -25,3 +25,18 @@ function(smoke_ground_add_gtest name)
     add_test(NAME ${name} COMMAND ${name})
   endif()
 endfunction()
+
+# smoke_ground_fingerprint(VARIABLE FILES...): hash of the files and of the compiler and its flags.
+# A changed file configures anew.
+function(smoke_ground_fingerprint variable)
+  string(TOUPPER "${CMAKE_BUILD_TYPE}" type)
+  set(text "${CMAKE_CXX_COMPILER_ID} ${CMAKE_CXX_COMPILER_VERSION} ${CMAKE_SYSTEM_PROCESSOR}")
+  string(APPEND text " ${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${type}}")
+  foreach(file ${ARGN})
+    file(SHA256 ${file} digest)
+    string(APPEND text " ${digest}")
+    set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  endforeach()
+  string(SHA256 digest "${text}")
+  set(${variable} ${digest} PARENT_SCOPE)
+endfunction()

@@ -37,8 +37,8 @@ def main(argv: Optional[List[str]] = None) -> int:
     arguments = parser.parse_args(argv)
     try:
         return arguments.run(arguments) or 0
-    except KeyboardInterrupt:
-        note("interrupted")
+    except KeyboardInterrupt as interruption:
+        note(str(interruption) or "interrupted")
         return 130
     except BrokenPipeError:  # e.g. `| head`: nobody reads on
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

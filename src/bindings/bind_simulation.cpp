@@ -294,6 +294,7 @@ void bindReceiver(py::module& m) {
 }  // namespace
 
 void bindSimulation(py::module& m) {
+  m.attr("digest") = SMOKE_GROUND_DIGEST;  // of the simulator's sources: what its results hang on
   bindWorld(m);
   bindSmoke(m);
   bindReceiver(m);

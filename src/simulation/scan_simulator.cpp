@@ -151,7 +151,7 @@ ScanSimulator::Flight ScanSimulator::flyMeasured(const MeasuredBeam& beam,
 }
 
 bool ScanSimulator::isDetected(const Target& target, double normal) const {
-  return target.signal > 0.0 && std::log(target.signal) + receiver_.detection_sigma * normal > 0.0;
+  return std::log(target.signal) + receiver_.detection_sigma * normal > 0.0;
 }
 
 Echo ScanSimulator::echoOf(const Target& target, std::uint32_t beam, double normal,
@@ -195,6 +195,9 @@ void ScanSimulator::decide(const Flight& flight, std::uint32_t beam, const Count
   std::array<Candidate, 3> found;  // nearest first: smoke ends where the pane or the wall begins
   std::size_t count = 0;
   const auto offer = [&](const Target& target, Draw draw) {
+    if (!(target.signal > 0.0)) {
+      return;  // the dice of what is not there need not be thrown
+    }
     const auto normals = random.normals(beam, draw);
     if (isDetected(target, normals.first)) {
       const double uniform = random.uniform(beam, kIntensityDraw + draw);

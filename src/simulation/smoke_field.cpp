@@ -16,6 +16,7 @@ constexpr double kPi = 3.14159265358979323846;
 constexpr int kSamplesPerCell = 8;
 constexpr int kSizeXY = 128;  // samples a period; a power of two, so that & wraps
 constexpr int kSizeZ = 32;
+constexpr std::size_t kBatch = 32;    // places along a beam that are looked up together
 constexpr double kOpaque = 1e-18;     // of the light there and back: nothing more to be seen
 constexpr double kFinestStep = 0.03;  // [m]
 constexpr double kFarthest = 1000.0;  // [m]
@@ -24,6 +25,9 @@ std::size_t index(int x, int y, int z) {
   return (static_cast<std::size_t>(z & (kSizeZ - 1)) * kSizeXY + (y & (kSizeXY - 1))) * kSizeXY +
          (x & (kSizeXY - 1));
 }
+
+/// Place in SmokeField's tile, whose rows end with their first entry again.
+int tileIndex(int x, int y, int z) { return (z * kSizeXY + y) * (kSizeXY + 1) + x; }
 
 float fade(float t) { return t * t * t * (t * (t * 6.0F - 15.0F) + 10.0F); }
 
@@ -44,68 +48,81 @@ std::vector<Gradient> randomGradients(std::uint64_t seed, int octave) {
   return gradients;
 }
 
-/// One cell of gradient noise (Perlin) sampled on a regular raster: what is the same in each cell.
-class CellSampler {
+/// One octave of gradient noise (Perlin) along a row of cells: what is the same in each of its
+/// samples is spread over arrays, so that four are computed at a time.
+class NoiseRow {
  public:
-  explicit CellSampler(int samples) : samples_(samples) {
-    for (int k = 0; k < samples; ++k) {
-      const float inside = (static_cast<float>(k) + 0.5F) / static_cast<float>(samples);
-      offset_[static_cast<std::size_t>(k)] = inside;
-      weight_[static_cast<std::size_t>(k)] = fade(inside);
+  explicit NoiseRow(int samples) : samples_(samples) {
+    for (int x = 0; x < kSizeXY; ++x) {
+      const auto i = static_cast<std::size_t>(x);
+      offset_[0][i] = inside(x % samples);
+      offset_[1][i] = offset_[0][i] - 1.0F;
+      weight_[i] = fade(offset_[0][i]);
     }
   }
 
-  /// Adds the cell with these corner gradients (x fastest) to the tile, first sample at (x, y, z).
-  void add(const std::array<Gradient, 8>& corners, float amplitude, int x, int y, int z,
-           std::vector<float>& tile) const {
-    for (int k = 0; k < samples_; ++k) {
-      for (int j = 0; j < samples_; ++j) {
-        for (int i = 0; i < samples_; ++i) {
-          tile[index(x + i, y + j, z + k)] += amplitude * noise(corners, i, j, k);
+  /// Where a sample lies within its cell, 0 to 1.
+  float inside(int sample) const {
+    return (static_cast<float>(sample) + 0.5F) / static_cast<float>(samples_);
+  }
+
+  /// The gradients along one of the row's four edges, one a cell; `edge` is (dy, dz), dy fastest.
+  void setEdge(std::size_t edge, const Gradient* gradients) {
+    const int cells = kSizeXY / samples_;
+    for (int x = 0; x < kSizeXY; ++x) {
+      for (int side = 0; side < 2; ++side) {
+        const Gradient& g = gradients[(x / samples_ + side) & (cells - 1)];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          edges_[edge][static_cast<std::size_t>(side)][axis][static_cast<std::size_t>(x)] = g[axis];
         }
       }
     }
   }
 
+  /// Adds the row of samples at (y, z) within the cells.
+  void add(float amplitude, float y, float z, float* samples) const {
+    const float v = fade(y), w = fade(z);
+    for (std::size_t x = 0; x < kSizeXY; ++x) {
+      const float low = mix(edge(0, x, y, z), edge(1, x, y - 1.0F, z), v);
+      const float high = mix(edge(2, x, y, z - 1.0F), edge(3, x, y - 1.0F, z - 1.0F), v);
+      samples[x] += amplitude * mix(low, high, w);
+    }
+  }
+
  private:
-  float noise(const std::array<Gradient, 8>& corners, int i, int j, int k) const {
-    const float x = offset_[static_cast<std::size_t>(i)], y = offset_[static_cast<std::size_t>(j)],
-                z = offset_[static_cast<std::size_t>(k)];
-    const auto dot = [&](std::size_t corner, float dx, float dy, float dz) {
-      const Gradient& g = corners[corner];
-      return g[0] * (x - dx) + g[1] * (y - dy) + g[2] * (z - dz);
+  using Row = std::array<float, kSizeXY>;
+
+  static float mix(float a, float b, float weight) { return a + weight * (b - a); }
+
+  float edge(std::size_t edge, std::size_t x, float y, float z) const {
+    const auto dot = [&](std::size_t side) {
+      const auto& g = edges_[edge][side];
+      return g[0][x] * offset_[side][x] + g[1][x] * y + g[2][x] * z;
     };
-    const auto mix = [](float a, float b, float weight) { return a + weight * (b - a); };
-    const float u = weight_[static_cast<std::size_t>(i)], v = weight_[static_cast<std::size_t>(j)],
-                w = weight_[static_cast<std::size_t>(k)];
-    const float low =
-        mix(mix(dot(0, 0, 0, 0), dot(1, 1, 0, 0), u), mix(dot(2, 0, 1, 0), dot(3, 1, 1, 0), u), v);
-    const float high =
-        mix(mix(dot(4, 0, 0, 1), dot(5, 1, 0, 1), u), mix(dot(6, 0, 1, 1), dot(7, 1, 1, 1), u), v);
-    return mix(low, high, w);
+    return mix(dot(0), dot(1), weight_[x]);
   }
 
   int samples_;
-  std::array<float, kSamplesPerCell> offset_{}, weight_{};
+  std::array<Row, 2> offset_{};
+  Row weight_{};
+  std::array<std::array<std::array<Row, 3>, 2>, 4> edges_{};  // edge, side, axis
 };
 
 void addOctave(std::uint64_t seed, int octave, float amplitude, std::vector<float>& tile) {
   const auto gradients = randomGradients(seed, octave);
   const int cells_xy = 16 << octave, cells_z = 4 << octave, samples = kSamplesPerCell >> octave;
-  const CellSampler sampler(samples);
-  const auto gradient = [&](int x, int y, int z) {
-    const int row = (z & (cells_z - 1)) * cells_xy + (y & (cells_xy - 1));
-    return gradients[static_cast<std::size_t>(row * cells_xy + (x & (cells_xy - 1)))];
-  };
-  for (int z = 0; z < cells_z; ++z) {
-    for (int y = 0; y < cells_xy; ++y) {
-      for (int x = 0; x < cells_xy; ++x) {
-        std::array<Gradient, 8> corners;
-        for (int c = 0; c < 8; ++c) {
-          corners[static_cast<std::size_t>(c)] =
-              gradient(x + (c & 1), y + ((c >> 1) & 1), z + (c >> 2));
-        }
-        sampler.add(corners, amplitude, x * samples, y * samples, z * samples, tile);
+  NoiseRow row(samples);
+  for (int cell = 0; cell < cells_z * cells_xy; ++cell) {
+    const int y = cell % cells_xy, z = cell / cells_xy;
+    for (int edge = 0; edge < 4; ++edge) {
+      const int next_y = (y + (edge & 1)) & (cells_xy - 1), next_z = (z + edge / 2) & (cells_z - 1);
+      const auto first = static_cast<std::size_t>((next_z * cells_xy + next_y) * cells_xy);
+      row.setEdge(static_cast<std::size_t>(edge), &gradients[first]);
+    }
+    for (int k = 0; k < samples; ++k) {
+      for (int j = 0; j < samples; ++j) {
+        row.add(amplitude, row.inside(j), row.inside(k),
+                &tile[index(0, y * samples + j, z * samples + k)]);
       }
     }
   }
@@ -179,10 +196,26 @@ SmokeField::SmokeField(const SmokeParams& params, std::uint64_t seed) : params_(
   if (params_.sigma_ln == 0.0) {
     return;
   }
-  tile_ = noiseTile(seed);
+  std::vector<float> samples = noiseTile(seed);
   const auto sigma = static_cast<float>(params_.sigma_ln);
-  for (float& sample : tile_) {
+  for (float& sample : samples) {
     sample = std::exp(sigma * sample - 0.5F * sigma * sigma);
+  }
+  layTile(samples);
+}
+
+void SmokeField::layTile(const std::vector<float>& samples) {
+  tile_.resize(static_cast<std::size_t>(tileIndex(0, 0, kSizeZ)));
+  for (int z = 0; z < kSizeZ; ++z) {
+    for (int y = 0; y < kSizeXY; ++y) {
+      Eigen::Array4f* row = &tile_[static_cast<std::size_t>(tileIndex(0, y, z))];
+      const float* corners[] = {&samples[index(0, y, z)], &samples[index(0, y + 1, z)],
+                                &samples[index(0, y, z + 1)], &samples[index(0, y + 1, z + 1)]};
+      for (int x = 0; x < kSizeXY; ++x) {
+        row[x] << corners[0][x], corners[1][x], corners[2][x], corners[3][x];
+      }
+      row[kSizeXY] = row[0];
+    }
   }
 }
 
@@ -191,7 +224,10 @@ void SmokeField::planSlices() {
   double range = 0.0;
   while (range < kFarthest) {
     const double step = std::min(std::max(kFinestStep, 0.05 * range), coarsest);
-    slices_.push_back({range, step});
+    begins_.push_back(range);
+    steps_.push_back(step);
+    middles_.push_back(range + 0.5 * step);
+    overlaps_.push_back(overlap(middles_.back()));
     range += step;
   }
 }
@@ -210,45 +246,47 @@ double SmokeField::shape(double x, double y, double z) const {
   return factor;
 }
 
-/// \param x, y, z  in samples of the tile
-double SmokeField::patchiness(float x, float y, float z) const {
-  const int x0 = floorOf(x), y0 = floorOf(y), z0 = floorOf(z);
-  const float u = x - static_cast<float>(x0), v = y - static_cast<float>(y0),
-              w = z - static_cast<float>(z0);
-  const float* tile = tile_.data();
-  const auto row = [&](int dy, int dz) {
-    const float left = tile[index(x0, y0 + dy, z0 + dz)];
-    return left + u * (tile[index(x0 + 1, y0 + dy, z0 + dz)] - left);
-  };
-  const float near_z = row(0, 0) + v * (row(1, 0) - row(0, 0));
-  const float far_z = row(0, 1) + v * (row(1, 1) - row(0, 1));
-  return near_z + w * (far_z - near_z);
+void SmokeField::multiplyPatches(const Ray& ray, double time, const double* ranges,
+                                 std::size_t count, double* extinctions) const {
+  const Eigen::Vector3d from = (ray.origin - params_.drift * time) * cells_per_metre_;
+  const Eigen::Vector3d along = ray.direction * cells_per_metre_;
+  std::array<float, kBatch> u, v, w;
+  std::array<int, kBatch> corner;
+  for (std::size_t i = 0; i < count; ++i) {  // without the look-ups: four places at a time
+    const auto x = static_cast<float>(from.x() + ranges[i] * along.x());
+    const auto y = static_cast<float>(from.y() + ranges[i] * along.y());
+    const auto z = static_cast<float>(from.z() + ranges[i] * along.z());
+    const int x0 = floorOf(x), y0 = floorOf(y), z0 = floorOf(z);
+    u[i] = x - static_cast<float>(x0);
+    v[i] = y - static_cast<float>(y0);
+    w[i] = z - static_cast<float>(z0);
+    corner[i] = tileIndex(x0 & (kSizeXY - 1), y0 & (kSizeXY - 1), z0 & (kSizeZ - 1));
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Array4f* left = &tile_[static_cast<std::size_t>(corner[i])];
+    const Eigen::Array4f row = left[0] + u[i] * (left[1] - left[0]);
+    const float near_z = row[0] + v[i] * (row[1] - row[0]);
+    const float far_z = row[2] + v[i] * (row[3] - row[2]);
+    extinctions[i] *= near_z + w[i] * (far_z - near_z);
+  }
 }
 
-void SmokeField::fillExtinctions(const Ray& ray, double time, const Slice* slices,
+void SmokeField::fillExtinctions(const Ray& ray, double time, const double* ranges,
                                  std::size_t count, double* extinctions) const {
   std::fill(extinctions, extinctions + count, params_.mean_extinction);
   if (!tile_.empty()) {
-    const Eigen::Vector3d from = (ray.origin - params_.drift * time) * cells_per_metre_;
-    const Eigen::Vector3d along = ray.direction * cells_per_metre_;
-    for (std::size_t i = 0; i < count; ++i) {
-      const double middle = slices[i].begin + 0.5 * slices[i].step;
-      extinctions[i] *= patchiness(static_cast<float>(from.x() + middle * along.x()),
-                                   static_cast<float>(from.y() + middle * along.y()),
-                                   static_cast<float>(from.z() + middle * along.z()));
-    }
+    multiplyPatches(ray, time, ranges, count, extinctions);
   }
   for (std::size_t i = 0; has_shape_ && i < count; ++i) {
-    const double middle = slices[i].begin + 0.5 * slices[i].step;
-    extinctions[i] *= shape(ray.origin.x() + middle * ray.direction.x(),
-                            ray.origin.y() + middle * ray.direction.y(),
-                            ray.origin.z() + middle * ray.direction.z());
+    extinctions[i] *= shape(ray.origin.x() + ranges[i] * ray.direction.x(),
+                            ray.origin.y() + ranges[i] * ray.direction.y(),
+                            ray.origin.z() + ranges[i] * ray.direction.z());
   }
 }
 
 double SmokeField::extinction(const Eigen::Vector3d& position, double time) const {
   double alpha = 0.0;
-  const Slice here{0.0, 0.0};
+  const double here = 0.0;
   fillExtinctions({position, Eigen::Vector3d::UnitX()}, time, &here, 1, &alpha);
   return alpha;
 }
@@ -264,39 +302,32 @@ double SmokeField::overlap(double range) const {
 
 SmokeField::Passage SmokeField::march(const Ray& ray, double length, double time,
                                       const DetectionLimit& limit) const {
-  constexpr std::size_t kBatch = 32;  // extinctions do not wait for each other, the light does
-  std::array<double, kBatch> extinctions;
+  std::array<double, kBatch> extinctions;  // they do not wait for each other, the light does
   Passage passage;
   const double gain = kPi * params_.backscatter_ratio * params_.pulse_length;
   double transmission = 1.0;                          // two ways
   double strongest_seen = 0.0, nearest_square = 1.0;  // of the soft target so far
-  for (std::size_t i = 0; i < slices_.size() && slices_[i].begin < length; ++i) {
-    if (i % kBatch == 0) {
-      if (transmission < kOpaque) {
-        break;
+  const auto end = std::lower_bound(begins_.begin(), begins_.end(), length);
+  const auto slices = static_cast<std::size_t>(end - begins_.begin());
+  for (std::size_t first = 0; first < slices && !(transmission < kOpaque); first += kBatch) {
+    const std::size_t count = std::min(kBatch, slices - first);
+    fillExtinctions(ray, time, &middles_[first], count, extinctions.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      const double middle = middles_[first + i], alpha = extinctions[i];
+      const double step = std::min(steps_[first + i], length - begins_[first + i]);
+      const double half_way = decay(alpha * step);  // there and back over half a step
+      const double reflectivity = gain * alpha * transmission * half_way;
+      const double seen = reflectivity * overlaps_[first + i];
+      if (middle < length &&  // signals are compared without a division
+          seen * nearest_square > strongest_seen * middle * middle) {
+        strongest_seen = seen;
+        nearest_square = middle * middle;
+        passage.soft_range = middle;
+        passage.soft_reflectivity = reflectivity;
       }
-      std::size_t count = 0;
-      while (count < kBatch && i + count < slices_.size() && slices_[i + count].begin < length) {
-        ++count;
-      }
-      fillExtinctions(ray, time, &slices_[i], count, extinctions.data());
+      transmission *= half_way * half_way;
+      passage.optical_depth += alpha * step;
     }
-    const Slice& slice = slices_[i];
-    const double step = std::min(slice.step, length - slice.begin);
-    const double middle = slice.begin + 0.5 * slice.step;
-    const double alpha = extinctions[i % kBatch];
-    const double half_way = decay(alpha * step);  // there and back over half a step
-    const double reflectivity = gain * alpha * transmission * half_way;
-    const double seen = reflectivity * overlap(middle);
-    if (middle < length &&  // signals are compared without a division
-        seen * nearest_square > strongest_seen * middle * middle) {
-      strongest_seen = seen;
-      nearest_square = middle * middle;
-      passage.soft_range = middle;
-      passage.soft_reflectivity = reflectivity;
-    }
-    transmission *= half_way * half_way;
-    passage.optical_depth += alpha * step;
   }
   if (passage.soft_range > 0.0) {
     passage.soft_signal = limit.signal(strongest_seen, passage.soft_range);

@@ -10,7 +10,7 @@ from evaluation_truths import points_of_cells
 pytest.importorskip("smoke_ground_reconstruction._core", reason="the package is not built")
 
 from smoke_ground_reconstruction import cli
-from smoke_ground_reconstruction.evaluation import world
+from smoke_ground_reconstruction.evaluation import runner, world
 from smoke_ground_reconstruction.io import npz
 from smoke_ground_reconstruction.io.clouds import Floor
 
@@ -42,6 +42,28 @@ def error_line(capsys, *arguments):
 )
 def test_bad_arguments_end_in_one_line(capsys, arguments, text):
     assert text in error_line(capsys, *arguments)
+
+
+def test_interruption_says_in_one_line_how_to_go_on(capsys, monkeypatch, tmp_path):
+    seen = []
+
+    def run_job(job):
+        seen.append(job.seed)
+        if job.seed == 1 and len(seen) == 2:
+            raise KeyboardInterrupt
+        record = dict(job.describe(), method="raw_cloud", points=0, error="none")
+        return [record]
+
+    monkeypatch.setattr(runner, "run_job", run_job)
+    arguments = ["evaluate", "raw_cloud", "--scenes", "empty_room", "--levels", "clear"]
+    arguments += ["--seeds", "3", "--processes", "1", "--output", str(tmp_path)]
+    assert cli.main(arguments) == 130
+    line = f"interrupted; the same command goes on from {tmp_path}/records.partial.jsonl"
+    assert capsys.readouterr().err.strip().splitlines() == [f"smoke_ground: {line}"]
+    assert cli.main(arguments) == 0
+    assert seen == [0, 1, 1, 2]
+    assert "goes on after 1 of 3 scans" in capsys.readouterr().err
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["report.html", "results.json"]
 
 
 def test_list_names_methods_scenes_and_levels(capsys):

@@ -1,5 +1,8 @@
 """Methods by name, and a run over a world that is worked out by hand."""
 
+import multiprocessing
+import os
+import signal
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +14,7 @@ pytest.importorskip("smoke_ground_reconstruction._core", reason="the package is 
 
 from smoke_ground_reconstruction.evaluation import methods, runner, scoring, world
 from smoke_ground_reconstruction.evaluation.baselines.native import BaselineUnavailableError
+from smoke_ground_reconstruction.evaluation.journal import Journal, record_key
 from smoke_ground_reconstruction.evaluation.scan_input import ScanInput
 from smoke_ground_reconstruction.reference.label import Label
 
@@ -112,6 +116,7 @@ def tiny_world(monkeypatch):
     monkeypatch.setattr(world, "truth", lambda *names: half_floor()[1])
     monkeypatch.setattr(world, "poses", lambda scene, which: ("centre",))
     monkeypatch.setattr(world, "is_bounded", lambda scene: True)
+    monkeypatch.setattr(world, "fingerprint", lambda scene, sensor: "of box and sensor")
 
 
 def plan(*names):
@@ -144,6 +149,77 @@ def test_refused_scan_does_not_end_the_run(tiny_world, monkeypatch):
     records = runner.run(plan("stubborn", "raw_cloud"))
     assert records[0]["error"] == "too few points"
     assert "scores" in records[1]
+
+
+def interrupting_method(monkeypatch, at_call):
+    """A reference method that is interrupted at its so-maniest call, once; and its calls."""
+    calls = []
+
+    def interrupt(scan, denoise):
+        calls.append(len(calls) + 1)
+        if len(calls) == at_call:
+            raise KeyboardInterrupt
+        return methods.Output(surface=scan.xyz)
+
+    chosen = methods.Method("interrupting", "reference", "", interrupt)
+    monkeypatch.setitem(methods.METHODS, "interrupting", chosen)
+    return calls
+
+
+def test_interrupted_run_goes_on_where_it_stopped(tiny_world, monkeypatch, tmp_path):
+    calls = interrupting_method(monkeypatch, at_call=3)
+    journal = Journal(tmp_path / "new" / "records.jsonl")
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(plan("interrupting"), journal=journal)
+    assert len(journal.read()) == 2
+    records = runner.run(plan("interrupting"), journal=journal)
+    assert len(calls) == 5  # two, the one that was interrupted, and it again with the last
+    assert records == runner.run(plan("interrupting"))
+
+
+def test_another_method_is_run_beside_the_kept_records(tiny_world, monkeypatch, tmp_path):
+    calls = interrupting_method(monkeypatch, at_call=0)
+    journal = Journal(tmp_path / "records.jsonl")
+    runner.run(plan("interrupting"), journal=journal)
+    records = runner.run(plan("raw_cloud", "interrupting"), journal=journal)
+    assert len(calls) == 4
+    assert [record["method"] for record in records] == ["raw_cloud", "interrupting"] * 4
+
+
+def test_record_that_was_cut_off_is_made_again(tiny_world, monkeypatch, tmp_path):
+    calls = interrupting_method(monkeypatch, at_call=0)
+    journal = Journal(tmp_path / "records.jsonl")
+    runner.run(plan("interrupting"), journal=journal)
+    journal.path.write_bytes(journal.path.read_bytes()[:-20])
+    records = runner.run(plan("interrupting"), journal=journal)
+    assert (len(calls), len(records), len(journal.read())) == (5, 4, 4)
+
+
+def test_kept_records_are_those_of_the_same_question(tiny_world, monkeypatch, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("reconstructor:\n  segment_angle_deg: 5\n", encoding="utf-8")
+    names = (str(path), "agdor+raw_cloud")
+    first = plan(*names).jobs()[0]
+    keys = [record_key(first, name) for name in names]
+    path.write_text("reconstructor:\n  segment_angle_deg: 4\n", encoding="utf-8")
+    assert record_key(first, names[0]) != keys[0]
+    assert record_key(first, names[1]) == keys[1]
+    monkeypatch.setattr(world, "fingerprint", lambda scene, sensor: "another box")
+    assert record_key(first, names[1]) != keys[1]
+    assert len({record_key(job, "raw_cloud") for job in plan("raw_cloud").jobs()}) == 4
+
+
+def test_run_that_is_told_to_stop_leaves_no_workers(tiny_world, monkeypatch, tmp_path):
+    def stop(scan, denoise):
+        os.kill(os.getppid(), signal.SIGTERM)
+        return methods.Output(surface=scan.xyz)
+
+    chosen = methods.Method("stopping", "reference", "", stop)
+    monkeypatch.setitem(methods.METHODS, "stopping", chosen)
+    with pytest.raises(KeyboardInterrupt):
+        runner.run(plan("stopping"), processes=2, journal=Journal(tmp_path / "records.jsonl"))
+    assert multiprocessing.active_children() == []
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
 def test_missing_baseline_is_left_out_with_a_line(monkeypatch):

@@ -180,6 +180,19 @@ def test_a_gap_at_a_corner_is_bridged_round_it():
     np.testing.assert_allclose(found.profile.distance[gap], true_distance()[gap], atol=0.02)
 
 
+def test_a_round_wall_is_followed_where_its_top_is_hidden():
+    elevation, azimuth = np.meshgrid(np.radians(ELEVATIONS_DEG), MIDDLES, indexing="ij")
+    slope = np.tan(elevation)
+    with np.errstate(divide="ignore"):
+        planar = np.minimum(3.0, np.where(slope > 0, 1.9, -0.7) / slope)  # wall, ceiling or floor
+    planar += 0.01 * np.random.default_rng(0).standard_normal(planar.shape)
+    xyz = np.stack([planar * np.cos(azimuth), planar * np.sin(azimuth), planar * slope], axis=-1)
+    hidden = (np.degrees(azimuth) > 100.0) & (np.degrees(azimuth) < 140.0) & (xyz[..., 2] > 0.3)
+    ring = np.broadcast_to(np.arange(len(slope))[:, None], slope.shape)
+    view = rooms.view_of(xyz[~hidden], 60.0, ring[~hidden])
+    np.testing.assert_allclose(reconstruct(view).profile.distance, 3.0, atol=0.06)
+
+
 def test_half_a_room_without_walls_stays_unknown():
     view = without_walls(room_scan(), 100.0, 260.0)
     planar = np.hypot(view.xyz[:, 0], view.xyz[:, 1])
@@ -273,7 +286,9 @@ def test_floor_measured_beyond_an_edge_divides_it():
 def test_an_edge_goes_on_sideways_until_floor_is_measured_behind_it():
     behind = [(x, azimuth) for azimuth in (46.0, 46.4, 46.8) for x in (3.1, 3.2, 3.3)]
     drops = find_drop_offs(*two_sided_ledge(*behind), 0.7, DIRECTIONS, [(1.0, 0.0)])
-    assert drops.begin[column_at(43.0)] * DIRECTIONS[column_at(43.0), 0] == pytest.approx(2.94, abs=4e-3)
+    assert drops.begin[column_at(43.0)] * DIRECTIONS[column_at(43.0), 0] == pytest.approx(
+        2.94, abs=4e-3
+    )
     assert drops.floor_to[column_at(43.0)] == 0.0  # no floor seen close to the edge beyond here
     assert drops.begin[column_at(46.4)] == np.inf
     assert drops.begin[column_at(60.0)] == np.inf

@@ -147,7 +147,7 @@ class ScanSimulator {
   void decide(const Flight& flight, std::uint32_t beam, const CounterRandom& random,
               ReturnMode mode, std::vector<Echo>& echoes) const;
   Target hardTarget(const Hit& hit, double transmission) const;
-  bool isDetected(const Target& target, double normal) const;
+  bool isDetected(const Target& target, double normal) const;  // of a target that is there
   void report(const std::array<Candidate, 3>& found, std::size_t count, ReturnMode mode,
               std::vector<Echo>& echoes) const;
   Echo echoOf(const Target& target, std::uint32_t beam, double normal, double uniform) const;

@@ -72,21 +72,22 @@ class SmokeField {
   const SmokeParams& params() const { return params_; }
 
  private:
-  struct Slice {
-    double begin, step;  // of range [m]
-  };
-
   void planSlices();
+  void layTile(const std::vector<float>& samples);
   double shape(double x, double y, double z) const;  // layer and plume
-  double patchiness(float x, float y, float z) const;
-  void fillExtinctions(const Ray& ray, double time, const Slice* slices, std::size_t count,
+  void multiplyPatches(const Ray& ray, double time, const double* ranges, std::size_t count,
+                       double* extinctions) const;
+  void fillExtinctions(const Ray& ray, double time, const double* ranges, std::size_t count,
                        double* extinctions) const;
   double overlap(double range) const;
 
   SmokeParams params_;
-  std::vector<float> tile_;  // exp(sigma_ln n - sigma_ln^2 / 2)
+  // exp(sigma_ln n - sigma_ln^2 / 2) at (x, y, z), (x, y + 1, z), (x, y, z + 1), (x, y + 1, z + 1):
+  // a cell's eight corners lie side by side.
+  std::vector<Eigen::Array4f, Eigen::aligned_allocator<Eigen::Array4f>> tile_;
   double cells_per_metre_ = 1.0;
-  std::vector<Slice> slices_;  // finer near the sensor, where the smoke's own return comes from
+  // Slices of range [m], finer near the sensor, where the smoke's own return comes from.
+  std::vector<double> begins_, steps_, middles_, overlaps_;
   bool has_shape_ = false;
   double plume_inverse_square_ = 0.0;
 };

@@ -105,19 +105,37 @@ def run_evaluate(arguments):
         return _list()
     if arguments.result:
         return _evaluate_result(arguments)
-    from smoke_ground_reconstruction.evaluation import results, runner
+    from smoke_ground_reconstruction.evaluation import results
+    from smoke_ground_reconstruction.evaluation.journal import Journal
 
     plan = _plan(arguments)
-    jobs = len(plan.jobs())
-    records = runner.run(plan, arguments.processes, lambda items: progress(items, jobs, "scan"))
-    found = results.collect(plan, records)
     folder = Path(arguments.output)
     folder.mkdir(parents=True, exist_ok=True)
+    journal = Journal(folder / "records.partial.jsonl")
+    found = results.collect(plan, _records(plan, arguments.processes, journal))
     results.write_json(found, folder / "results.json")
+    journal.remove()
     tables = results.write_report(found, plan, folder / "report.html")
     print("\n\n".join(table.text() for table in tables))
     note(f"wrote {folder / 'results.json'} and {folder / 'report.html'}")
     return 0
+
+
+def _records(plan, processes, journal):
+    """The records of a plan; an interruption says what is kept of them."""
+    from smoke_ground_reconstruction.evaluation import runner
+
+    def bar(items, jobs):
+        done = len(plan.jobs()) - jobs
+        if done:
+            note(f"goes on after {done} of {len(plan.jobs())} scans, from {journal.path}")
+        return progress(items, jobs, "scan")
+
+    try:
+        return runner.run(plan, processes, bar, journal)
+    except KeyboardInterrupt:
+        kept = f"the same command goes on from {journal.path}" if journal.path.exists() else ""
+        raise KeyboardInterrupt("interrupted; " + (kept or "no scan was finished")) from None
 
 
 def _plan(arguments):

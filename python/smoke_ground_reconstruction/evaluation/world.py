@@ -34,6 +34,11 @@ def title(scene):
     return _scene(scene).title
 
 
+def fingerprint(scene, sensor):
+    """Hash of the files of a scene and a sensor, as text."""
+    return f"{_scene(scene).digest} {_sensor(sensor).digest}"
+
+
 def is_bounded(scene):
     """Has the scene neither windows nor doorways nor open doors?"""
     return bool(_scene(scene).bounded)

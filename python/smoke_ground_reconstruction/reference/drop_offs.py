@@ -164,7 +164,7 @@ def _joined(first, last):
 
 
 def _single_columns(first, last, floor, begin, end):
-    """Begin and end of the drop in each column that sees one, from the column and its neighbours."""
+    """Begin and end of the drop in each column that sees one, with its neighbours."""
     for c in np.flatnonzero(np.isfinite(first)):
         around = range(c - _NEIGHBORS, c + _NEIGHBORS + 1)
         before = max(floor.last_before(k, first[c]) for k in around)

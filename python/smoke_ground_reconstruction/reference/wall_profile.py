@@ -337,6 +337,8 @@ _SEEN, _INFERRED, _LIMIT = 0, 1, 2
 _BEYOND = 0.25  # returns this far beyond a bridge tear it down [m]
 _WIDEST_GAP = 90.0  # that is bridged along one wall [deg]
 _MEETING = 0.05  # [m]
+_CHAIN_STEP = 0.04  # from post to post of a chain [m]
+_CHAIN_SLOPE = 0.012  # ... and per metre of range: a wall at 60 deg to the beam
 _EXTENSION = 1.6  # a wall is drawn on to a corner so many times its seen length
 _LONG = 0.8  # a wall so long is bridged though its top is not seen [m]
 _FARTHEST_CORNER = 1.6  # times the farther of the two places where its walls were seen last
@@ -365,6 +367,7 @@ def column_profile(posts, support, view, beyond):
         line[known] = nearest[known]
     _add_full_posts(posts, view, distance, kind)
     outermost = _outermost(posts, support, columns)
+    _follow(outermost, distance, kind)
     _bridge(support, distance, kind, line, np.maximum(beyond, outermost))
     rest = (distance == 0.0) & (outermost > 0.0)
     # A lone column is a look through a crack: no place to claim floor in.
@@ -415,6 +418,29 @@ def _outermost(posts, support, columns):
         seen = np.where(support.seen, support.reach, 0.0)
         farthest = np.maximum(farthest, seen.max(axis=0))
     return farthest
+
+
+def _follow(outermost, distance, kind):
+    """Close gaps between known walls along a chain of posts that leads from one to the other.
+
+    A curved wall of which the top is hidden, mostly: furniture stands before the walls' ends.
+    """
+    columns = len(distance)
+    known = np.flatnonzero(distance > 0.0)
+    for first, after in zip(known, np.roll(known, -1)):
+        gap = (first + 1 + np.arange((after - first - 1) % columns)) % columns
+        posts = gap[outermost[gap] > 0.0]
+        if len(gap) == 0 or len(posts) == 0:
+            continue
+        chain = np.r_[first, posts, after]
+        planar = np.r_[distance[first], outermost[posts], distance[after]]
+        turn = (np.diff(chain) - 1) % columns + 1
+        step = (_CHAIN_STEP + _CHAIN_SLOPE * np.minimum(planar[1:], planar[:-1])) * turn
+        if turn.max() > _BREAK or np.any(np.abs(np.diff(planar)) > step):
+            continue
+        place = np.r_[0, np.cumsum(turn)]
+        distance[gap] = np.interp(1 + np.arange(len(gap)), place, planar)
+        kind[gap] = np.where(outermost[gap] > 0.0, _SEEN, _INFERRED)
 
 
 def _bridge(support, distance, kind, line, beyond):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import _core
+from .._core import simulation as _simulation
 
 LIMIT_BYTES = 2_000_000_000
 
@@ -32,9 +32,9 @@ def directory():
 
 @lru_cache(maxsize=1)
 def _code_digest():
-    """Hash of the simulator itself: its sources here and the compiled module."""
-    digest = hashlib.sha256()
-    for path in sorted(Path(__file__).parent.glob("*.py")) + [Path(_core.__file__)]:
+    """Hash of the simulator itself: its sources here and those of its compiled part."""
+    digest = hashlib.sha256(_simulation.digest.encode())
+    for path in sorted(Path(__file__).parent.glob("*.py")):
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

@@ -107,7 +107,7 @@ class Outside:
     reflectivity: float
 
 
-@dataclass
+@dataclass(eq=False)
 class Scene:
     """A room and everything in it; see load_scene()."""
 

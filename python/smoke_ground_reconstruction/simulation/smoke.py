@@ -77,7 +77,7 @@ class Smoke:
         return _field(self, int(seed))
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=2)
 def _field(smoke, seed):
     return _simulation.SmokeField(smoke.params(), seed)
 

@@ -1,6 +1,7 @@
 """The scene's true floor as cells, by the project's yardstick."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -267,10 +268,16 @@ def _distance_to_drops(scene, points):
     return nearest
 
 
+@lru_cache(maxsize=1)
+def _expected(scene, sensor, pose, smoke, seed):
+    """expect() of the last scan asked for: one scan is asked for in cells of several sizes."""
+    return expect(scene, sensor, pose, smoke, seed)
+
+
 def _knowable(scene, sensor, pose, smoke, seed, found):
     grid = _Grid(found["origin"], float(found["cell"]), found["visible_floor"].shape)
     frame = _Frame(pose_matrix(scene, pose))
-    beams = expect(scene, sensor, pose, smoke, seed)
+    beams = _expected(scene, sensor, pose, smoke, seed)
     met = np.isfinite(beams["range"])
     level = np.zeros((len(met), 2))
     level[met] = frame.to_level(beams["position"][met, :2])
