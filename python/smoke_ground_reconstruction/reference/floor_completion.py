@@ -12,12 +12,16 @@ import numpy as np
 from .cells import cell_keys
 from .confidence import drawn_confidence, measured_confidence
 from .floor_surface import BoundaryKind, FloorSurface, Provenance
-from .room import BEYOND, rotated_plane
+from .room import BEYOND, FARTHEST, rotated_plane
+from .scan import rotated
 
 COLUMN_DEG = 0.4
 _AT_WALL = 0.008  # the claimed floor ends this far before the wall [m]
 _CELL = 0.1  # measured floor wins in cells of this size [m]
 _FILL = 0.06  # claimed floor between the rings is drawn this densely [m]
+_COLUMN = 0.00698  # width of a column at 1 m [m]
+_FLATTEST = -1e-3  # beams that fall by less against the floor never meet it
+_NO_RING = -1
 
 
 @dataclass(frozen=True)
@@ -47,11 +51,14 @@ class DrawnFloor:
     column : (M,) int64
     planar : (M,) float64
         [m]
+    ring : (M,) int64
+        Of the beam that a point lies on; -1 of fill.
     """
 
     xyz: np.ndarray
     column: np.ndarray
     planar: np.ndarray
+    ring: np.ndarray
 
 
 def claim_floor(room):
@@ -62,7 +69,8 @@ def claim_floor(room):
     measured = _measured(room, limit)
     # Drawn on to floor measured behind an opening: it goes on in between.
     behind = measured & (room.planar > limit[room.column] + BEYOND)
-    return FloorClaim(np.maximum(limit, room.farthest(behind, beside=1)), measured)
+    limit = np.maximum(limit, room.farthest(behind, beside=1))
+    return FloorClaim(np.minimum(limit, FARTHEST), measured)
 
 
 def _measured(room, limit):
@@ -91,45 +99,65 @@ def draw_floor(room, claim, directions, bins, sensor, mounting):
     sensor : SensorModel
     mounting : Mounting
     """
-    fill = _fill(room, claim.limit, directions)
-    drawn = np.vstack([_beams(room, directions, sensor, mounting), fill])
-    column = bins.index(drawn[:, 0], drawn[:, 1])
-    planar = np.sqrt(drawn[:, 0] ** 2 + drawn[:, 1] ** 2)
-    claimed = (planar <= claim.limit[column]) & ~room.drops.hides(column, planar)
-    claimed &= ~np.isin(cell_keys(drawn, _CELL), cell_keys(room.xyz[claim.measured], _CELL))
-    drawn = drawn[claimed]
-    drawn[:, 2] += room.relief.at(drawn[:, :2])
-    return DrawnFloor(drawn, column[claimed], planar[claimed])
+    beams = _beams(room, claim, directions, bins, sensor, mounting)
+    fill = _fill(room, claim, directions)
+    drawn = DrawnFloor(*(np.concatenate(parts) for parts in zip(beams, fill)))
+    claimed = ~room.drops.hides(drawn.column, drawn.planar)
+    claimed &= ~np.isin(cell_keys(drawn.xyz, _CELL), cell_keys(room.xyz[claim.measured], _CELL))
+    drawn = DrawnFloor(*(values[claimed] for values in vars(drawn).values()))
+    raised = drawn.xyz[:, 2] + room.relief.at(drawn.xyz[:, :2])
+    drawn.xyz[:, 2] = raised.astype(np.float32)
+    return drawn
 
 
-def _beams(room, directions, sensor, mounting):
-    """Where the beams of all rings, at all azimuths, meet the floor; upright frame (M, 3)."""
-    tangent = sensor.tangent(sensor.rings_by_elevation())
-    east, north = (directions[:, axis] for axis in (0, 1))
-    ones = np.ones((len(tangent), len(east)))
-    rays = np.stack([east * ones, north * ones, tangent[:, None] * ones], axis=-1)
-    rays = rays.reshape(-1, 3) @ (room.rotation @ mounting.rotation).T
+def _beams(room, claim, directions, bins, sensor, mounting):
+    """Where the beams of all rings, at all azimuths, meet the claimed floor: as DrawnFloor."""
+    rings = sensor.rings_by_elevation()
+    tangent = np.repeat(sensor.tangent(rings), len(directions))
+    ring = np.repeat(rings.astype(np.int64), len(directions))
+    east, north = np.tile(directions, (len(rings), 1)).T
+    turn = room.rotation_from_sensor(mounting)
+    x, y, z = ((row[0] * east + row[1] * north) + row[2] * tangent for row in turn)
     a, b, c = room.plane
-    slope = rays[:, 2] - (a * rays[:, 0] + b * rays[:, 1])
-    falls = slope < -1e-3
-    return rays[falls] * (c / slope[falls])[:, None]
+    slope = z - (a * x + b * y)
+    falls = slope < _FLATTEST
+    along = c / slope[falls]
+    xyz = np.column_stack([along * x[falls], along * y[falls], along * z[falls]])
+    xyz = xyz.astype(np.float32).astype(np.float64)
+    planar = np.sqrt(xyz[:, 0] * xyz[:, 0] + xyz[:, 1] * xyz[:, 1])
+    column = bins.index(xyz[:, 0], xyz[:, 1])
+    near = planar <= claim.limit[column]
+    return xyz[near], column[near], planar[near], ring[falls][near]
 
 
-def _fill(room, limit, directions):
-    """Floor between the rings and up to the wall; upright frame (M, 3).
+def _fill(room, claim, directions):
+    """Floor between the rings and up to the boundary: as DrawnFloor.
 
     Columns are left out near the sensor, where they lie closer than need be.
     """
-    parts = []
-    for c in np.flatnonzero(limit > 0.0):
-        stride_4, stride_2 = 4 * _FILL / math.radians(COLUMN_DEG * 16), 2 * _FILL / 0.028
-        begin = 0.0 if c % 4 == 0 else (stride_4 if c % 2 == 0 else stride_2)
-        radii = np.arange(begin, limit[c], _FILL)
-        radii = np.concatenate([radii, [limit[c]]])
-        parts.append(radii[:, None] * directions[c])
-    xy = np.concatenate(parts) if parts else np.zeros((0, 2))
+    column, planar = [], []
+    for c in np.flatnonzero(claim.limit > 0.0):
+        begin = _fill_begin(int(c))
+        limit = claim.limit[c]
+        count = max(0, math.ceil((limit - begin) / _FILL))
+        radii = np.minimum(begin + np.arange(count) * _FILL, limit)
+        planar.append(np.append(radii, limit))
+        column.append(np.full(count + 1, c))
+    column = np.concatenate([np.zeros(0, np.int64), *column])
+    planar = np.concatenate([np.zeros(0), *planar])
+    x, y = planar * directions[column, 0], planar * directions[column, 1]
     a, b, c = room.plane
-    return np.column_stack([xy, a * xy[:, 0] + b * xy[:, 1] + c])
+    xyz = np.column_stack([x, y, (a * x + b * y) + c]).astype(np.float32).astype(np.float64)
+    return xyz, column, planar, np.full(len(column), _NO_RING)
+
+
+def _fill_begin(column):
+    """Planar range [m] from which on a column is filled: every 16th from the first step on, those
+    between them from where their neighbours are farther apart than a step."""
+    step = 16
+    while column % step != 0:
+        step //= 2
+    return _FILL if step == 16 else _FILL / (2 * step * _COLUMN)
 
 
 def merge(view, valid, room, claim, drawn, outline, sensor, mounting, plane):
@@ -155,7 +183,7 @@ def merge(view, valid, room, claim, drawn, outline, sensor, mounting, plane):
     return FloorSurface(
         np.concatenate([view.xyz[kept], xyz]),
         np.concatenate([view.intensity[kept], np.zeros(count, np.float32)]),
-        np.concatenate([view.ring[kept], _nearest_rings(xyz, sensor)]),
+        np.concatenate([view.ring[kept], _rings(xyz, drawn, sensor)]),
         np.repeat(provenance, [len(kept), count]),
         np.concatenate(confidence),
         *outline,
@@ -179,21 +207,22 @@ def outline_of(room, claim, directions, mounting):
     kind = np.where(claims, kind, BoundaryKind.LIMIT_OF_KNOWLEDGE)
     xy = (radius[:, None] * directions)[keep]
     a, b, c = room.plane
-    upright = np.column_stack([xy, a * xy[:, 0] + b * xy[:, 1] + c])
+    upright = np.column_stack([xy, (a * xy[:, 0] + b * xy[:, 1]) + c])
     return _in_sensor_frame(upright, room, mounting), kind[keep].astype(np.uint8)
 
 
 def _in_sensor_frame(upright, room, mounting):
-    level = np.ascontiguousarray((room.rotation.T @ upright.T).T, np.float32)
+    level = rotated(room.rotation.T, upright.astype(np.float32))
     return mounting.to_sensor(level)
 
 
-def _nearest_rings(xyz, sensor):
-    """The rings (uint16) next in elevation to points in the sensor frame."""
+def _rings(xyz, drawn, sensor):
+    """Each beam's own ring; for fill, in the sensor frame, the ring next in elevation. uint16."""
     rings = sensor.rings_by_elevation()
     if len(rings) == 0:
         return np.zeros(len(xyz), np.uint16)
     tangent = sensor.tangent(rings)
-    planar = np.sqrt(xyz[:, 0].astype(np.float64) ** 2 + xyz[:, 1].astype(np.float64) ** 2)
-    of_points = xyz[:, 2] / np.maximum(planar, 1e-6)
-    return rings[np.searchsorted(0.5 * (tangent[1:] + tangent[:-1]), of_points)]
+    x, y, z = xyz.astype(np.float64).T
+    of_points = z / np.maximum(np.sqrt(x * x + y * y), 1e-6)
+    nearest = rings[np.searchsorted(0.5 * (tangent[1:] + tangent[:-1]), of_points)]
+    return np.where(drawn.ring == _NO_RING, nearest, drawn.ring).astype(np.uint16)

@@ -11,20 +11,27 @@ from enum import IntEnum
 
 import numpy as np
 
+from .cells import cell_numbers
+from .ordered import least_axis, ordered_sum, symmetric_inverse, times
+
 _BOUND = 0.15  # the floor lies this near to the mounting height beneath the sensor [m]
 _STEEPEST = 6  # ... and is no steeper, floor and mounting together [deg]
 _NEAREST, _FARTHEST = 0.3, 15.0  # planar range of the returns that vote [m]
 _VOTES = 4000  # returns that take part in the search of the tilt
-_SLOT = 0.01  # heights are voted for in slots of this size [m]
+_SLOTS_PER_METRE = 100.0  # of heights that are voted for
+_SLOTS = 30
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
-_PRIOR_SLOPE = math.tan(math.radians(3.0))  # one sigma of the prior
+_STEEPEST_RISE = 0.105  # tangent of that
+_PRIOR_SLOPE = 0.0524  # one sigma of the prior: 3 deg
 _PRIOR_HEIGHT = 0.05
 _SCALES = (0.05, 0.03, 0.02)  # of the residuals, coarse to fine, before those of the noise [m]
 _STEPS = 4  # of reweighting by the noise
+_TAKEN = 0.25  # residuals from the winner of the votes that the fit looks at [m]
 _TUKEY = 3.0  # residuals beyond so many scales have no weight
 _UNEVEN = 0.003  # no floor is flatter, one sigma [m]
 _NOISE_LEAST, _NOISE_MOST = 0.002, 0.03  # of a range [m]
 _MAD = 1.4826  # a sigma in median absolute deviations
+_SINES, _LENGTHS = 1024.0, 20000.0  # steps in which medians are taken [1, 1/m]
 _FEWEST = 50.0  # returns that make a plane
 _NARROWEST = 0.6  # and the length they must span across, two sigma [m]
 
@@ -123,8 +130,8 @@ def _prior_covariance():
 
 
 def _low_returns(xyz, sensor_height):
-    planar = np.sqrt(xyz[:, 0] ** 2 + xyz[:, 1] ** 2)
-    reach = _BOUND + math.tan(math.radians(_STEEPEST)) * planar
+    planar = np.sqrt(xyz[:, 0] * xyz[:, 0] + xyz[:, 1] * xyz[:, 1])
+    reach = _BOUND + _STEEPEST_RISE * planar
     is_low = np.abs(xyz[:, 2] + sensor_height) < reach
     return xyz[is_low & (planar > _NEAREST) & (planar < _FARTHEST)]
 
@@ -133,24 +140,27 @@ def _coarse(low, sensor_height):
     """Tilt and height that most cells of the floor vote for; slight tilts win ties."""
     low = low[:: max(1, len(low) // _VOTES)]
     cell = np.floor(low[:, :2] / _CELL).astype(np.int64)
-    key = cell[:, 0] * 1000003 + cell[:, 1]
-    _, of, count = np.unique(key, return_inverse=True, return_counts=True)
+    _, of, count = np.unique(cell_numbers(cell), return_inverse=True, return_counts=True)
     vote = 1.0 / np.sqrt(count[of])
-    slots = int(round(2 * _BOUND / _SLOT))
+    over_lowest = (low[:, 2] + sensor_height) + _BOUND
     best, plane = -1.0, None
     for along_x in range(-_STEEPEST, _STEEPEST + 1):
+        turned = over_lowest - _slope(along_x) * low[:, 0]
         for along_y in range(-_STEEPEST, _STEEPEST + 1):
-            a, b = math.tan(math.radians(along_x)), math.tan(math.radians(along_y))
-            residual = low[:, 2] + sensor_height - a * low[:, 0] - b * low[:, 1]
-            slot = np.floor((residual + _BOUND) / _SLOT)
-            inside = (slot >= 0) & (slot < slots)
-            votes = np.bincount(slot[inside].astype(int), vote[inside], slots)
-            votes = np.convolve(votes, np.ones(3), "same")
-            most = votes.max() * (1.0 - 0.002 * (abs(along_x) + abs(along_y)))
+            slot = np.floor((turned - _slope(along_y) * low[:, 1]) * _SLOTS_PER_METRE)
+            inside = (slot >= 0.0) & (slot < _SLOTS)
+            votes = np.bincount(slot[inside].astype(np.int64) + 1, vote[inside], _SLOTS + 2)
+            around = (votes[:-2] + votes[1:-1]) + votes[2:]
+            most = around.max() * (1.0 - 0.002 * (abs(along_x) + abs(along_y)))
             if most > best:
-                height = -sensor_height - _BOUND + (votes.argmax() + 0.5) * _SLOT
-                best, plane = most, np.array([a, b, height])
+                height = -sensor_height - _BOUND + (around.argmax() + 0.5) / _SLOTS_PER_METRE
+                best, plane = most, np.array([_slope(along_x), _slope(along_y), height])
     return plane
+
+
+def _slope(degrees):
+    # Rounded, for libraries that differ in the last bit.
+    return float(np.float32(math.tan(math.radians(degrees))))
 
 
 def _refined(low, plane, sensor_height):
@@ -159,34 +169,44 @@ def _refined(low, plane, sensor_height):
     A range's noise lifts a return by noise times the sine of the grazing angle: far returns tell
     heights best, and what lies a little above the floor there (wall feet) is told from it.
     """
-    design = np.column_stack([low[:, :2], np.ones(len(low))])
-    sine = np.abs(low[:, 2]) / np.sqrt((low * low).sum(axis=1))
+    low = low[np.abs(_residuals(low, plane)) < _TAKEN]
+    x, y, z = low.T
+    sine = np.abs(z) / np.sqrt((x * x + y * y) + z * z)
     for scale in _SCALES:
-        plane, weight, _ = _reweighted(low, design, plane, np.full(len(low), scale), sensor_height)
+        plane, _, _ = _reweighted(low, plane, np.full(len(low), scale), sensor_height)
     for _ in range(_STEPS):
-        noise, uneven = _noise(low[:, 2] - design @ plane, sine)
-        scale = np.sqrt((noise * sine) ** 2 + uneven**2)
-        plane, weight, normal = _reweighted(low, design, plane, scale, sensor_height)
-    total = weight.sum()
-    if total < _FEWEST or _width(low, weight) < _NARROWEST:
+        noise, uneven = _noise(np.abs(_residuals(low, plane)), sine)
+        lift = noise * sine
+        scale = np.sqrt(lift * lift + uneven * uneven)
+        plane, weight, covariance = _reweighted(low, plane, scale, sensor_height)
+    total = ordered_sum(weight)
+    if total < _FEWEST or _width(low, weight, total) < _NARROWEST:
         return None
-    error = -plane[2] - sensor_height
+    error = -float(plane[2]) - sensor_height
     if abs(error) > _BOUND:
         return None
-    return FloorModel(
-        plane, np.linalg.inv(normal), total, noise, uneven, FloorSource.MEASURED, error
-    )
+    return FloorModel(plane, covariance, total, noise, uneven, FloorSource.MEASURED, error)
 
 
-def _reweighted(low, design, plane, scale, sensor_height):
-    """One step: the plane, the Tukey weights about the last one, and the inverse covariance."""
-    u = (low[:, 2] - design @ plane) / (_TUKEY * scale)
-    weight = np.where(np.abs(u) < 1.0, (1.0 - u * u) ** 2, 0.0)
+def _residuals(low, plane):
+    return low[:, 2] - ((plane[0] * low[:, 0] + plane[1] * low[:, 1]) + plane[2])
+
+
+def _reweighted(low, plane, scale, sensor_height):
+    """One step: the plane, the Tukey weights about the last one, and the covariance."""
+    u = _residuals(low, plane) / (_TUKEY * scale)
+    rest = 1.0 - u * u
+    weight = np.where(np.abs(u) < 1.0, rest * rest, 0.0)
     inverse = weight / (scale * scale)
-    prior = np.linalg.inv(_prior_covariance())
-    normal = design.T @ (inverse[:, None] * design) + prior
-    right = design.T @ (inverse * low[:, 2]) + prior @ [0.0, 0.0, -sensor_height]
-    return np.linalg.solve(normal, right), weight, normal
+    x, y, z = low.T
+    wx, wy = inverse * x, inverse * y
+    sx, sy, s, sz = (ordered_sum(values) for values in (wx, wy, inverse, inverse * z))
+    xx, xy, xz = (ordered_sum(wx * other) for other in (x, y, z))
+    yy, yz = ordered_sum(wy * y), ordered_sum(wy * z)
+    slope, height = 1.0 / (_PRIOR_SLOPE * _PRIOR_SLOPE), 1.0 / (_PRIOR_HEIGHT * _PRIOR_HEIGHT)
+    normal = np.array([[xx + slope, xy, sx], [xy, yy + slope, sy], [sx, sy, s + height]])
+    covariance = symmetric_inverse(normal)
+    return times(covariance, (xz, yz, sz - sensor_height * height)), weight, covariance
 
 
 def _noise(residual, sine):
@@ -195,22 +215,33 @@ def _noise(residual, sine):
     A height's variance is (noise sine)^2 + unevenness^2; the medians of the steeper and of the
     flatter half of the returns tell both.
     """
-    near = np.abs(residual) < _TUKEY * _SCALES[-1]
+    near = residual < _TUKEY * _SCALES[-1]
     residual, sine = residual[near], sine[near]
     if len(sine) < _FEWEST:
         return _NOISE_LEAST, _UNEVEN
-    steep = sine >= np.median(sine)
-    variance = [(_MAD * np.median(np.abs(residual[half]))) ** 2 for half in (steep, ~steep)]
-    square = [np.median(sine[half]) ** 2 for half in (steep, ~steep)]
-    slope = (variance[0] - variance[1]) / max(square[0] - square[1], 1e-6)
-    noise = math.sqrt(min(max(slope, _NOISE_LEAST**2), _NOISE_MOST**2))
-    uneven = variance[1] - noise * noise * square[1]
-    return noise, math.sqrt(max(uneven, _UNEVEN**2))
+    middle = _median(sine, _SINES)
+    steep = sine >= middle
+    if steep.all():
+        return _NOISE_LEAST, _UNEVEN
+    deviation = [_MAD * _median(residual[half], _LENGTHS) for half in (steep, ~steep)]
+    median_sine = [_median(sine[half], _SINES) for half in (steep, ~steep)]
+    high, low = (value * value for value in deviation)
+    steeper, flatter = (value * value for value in median_sine)
+    slope = (high - low) / max(steeper - flatter, 1e-6)
+    noise = math.sqrt(min(max(slope, _NOISE_LEAST * _NOISE_LEAST), _NOISE_MOST * _NOISE_MOST))
+    uneven = low - noise * noise * flatter
+    return noise, math.sqrt(max(uneven, _UNEVEN * _UNEVEN))
 
 
-def _width(low, weight):
+def _median(values, per_unit):
+    """Median of values >= 0, in steps of 1 / per_unit."""
+    counts = np.cumsum(np.bincount((values * per_unit).astype(np.int64)))
+    return (np.argmax(counts > (counts[-1] - 1) // 2) + 0.5) / per_unit
+
+
+def _width(low, weight, total):
     """Two sigma of the returns' spread in the direction in which they spread least [m]."""
-    mean = (weight[:, None] * low[:, :2]).sum(axis=0) / weight.sum()
-    centred = low[:, :2] - mean
-    spread = centred.T @ (weight[:, None] * centred) / weight.sum()
-    return 2.0 * math.sqrt(max(0.0, np.linalg.eigvalsh(spread)[0]))
+    x = low[:, 0] - ordered_sum(weight * low[:, 0]) / total
+    y = low[:, 1] - ordered_sum(weight * low[:, 1]) / total
+    moments = (ordered_sum(weight * a * b) / total for a, b in ((x, x), (x, y), (y, y)))
+    return 2.0 * math.sqrt(max(0.0, least_axis(*moments)[2]))

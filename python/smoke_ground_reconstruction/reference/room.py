@@ -8,59 +8,103 @@ from .cells import cell_keys, cell_numbers
 from .drop_offs import find_drop_offs
 from .floor_relief import CELL as RELIEF_CELL
 from .floor_relief import FLAT, find_relief
+from .ordered import ordered_sum, times
+from .posts import ceiling_height, find_posts
+from .scan import rotated
 from .visibility import estimate_visibility
-from .wall_profile import (
-    Returns,
-    View,
-    ceiling_height,
-    column_profile,
-    find_lines,
-    find_posts,
-    line_support,
-)
+from .wall_lines import Returns, View, find_lines, line_support
+from .wall_profile import column_profile
 
+FARTHEST = 50.0  # no floor is claimed beyond [m]
 BEYOND = 0.15  # floor measured this far behind the boundary lies behind an opening [m]
 _ON_FLOOR = 0.03  # a return so near to the plane may be floor [m]
 _LOWEST_WALL = 0.1  # and one so far above it may be wall [m]
-_NEAREST_WALL = 0.2  # planar range [m]
+_NEAREST_WALL, _FARTHEST_WALL = 0.2, 65.0  # planar range [m]
 _BELOW_CEILING = 0.05
 _WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
 _SOFT_RANGE = 1.5  # smoke's own returns come from nearer [m]
 _SOFT_FACTOR = 2.0  # and are at most this many times as strong as the floor's at that range
-_PLUMB = 0.3  # floors tilted by less against the vertical are taken as level [deg]
+_FLOOR_RANGE = 2.5  # [m]
+_PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken as level
+_SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
+_STEEPER = 1000  # one return in so many may lie above the highest beam
 _OPENING_CELL = 0.2
 _OPENING_POINTS = 3
 _OPENING_HEIGHT = 0.012  # floor behind an opening must go on as level as this [m]
 
 
 class Room:
-    """The returns of one scan in an upright frame, and what stands in it."""
+    """The returns of one scan in an upright frame, and what stands in it.
+
+    Parameters
+    ----------
+    xyz : (N, 3) float32
+        Returns in the level frame [m].
+    intensity : (N,) float64
+    floor : FloorModel
+    rotation : (3, 3) float64
+        From the level to the upright frame.
+    bins : AzimuthBins
+        The columns.
+    """
 
     def __init__(self, xyz, intensity, floor, rotation, bins):
         self.rotation = rotation
-        self.xyz = xyz @ rotation.T
+        self.xyz = rotated(rotation, xyz).astype(np.float64)
         self.intensity = intensity
         self.plane = rotated_plane(floor.plane, rotation)
         self.columns = bins.count()
+        x, y, z = self.xyz.T
         a, b, c = self.plane
-        self.height = self.xyz[:, 2] - (a * self.xyz[:, 0] + b * self.xyz[:, 1] + c)
-        self.planar = np.sqrt(self.xyz[:, 0] ** 2 + self.xyz[:, 1] ** 2)
-        self.column = bins.index(self.xyz[:, 0], self.xyz[:, 1])
+        # Kept in single precision, as the coordinates are.
+        self.height = (z - ((a * x + b * y) + c)).astype(np.float32).astype(np.float64)
+        self.planar = np.sqrt(x * x + y * y).astype(np.float32).astype(np.float64)
+        self.column = bins.index(x, y)
         self.ceiling = ceiling_height(self.height, self.planar)
-        self.is_low = np.abs(self.height) < _ON_FLOOR
+        self.is_low = (np.abs(self.height) < _ON_FLOOR) & (self.planar < FARTHEST)
         self.is_soft = self._soft()
-        self.relief = FLAT
-        self._find_relief()
-        self._can_be_wall = (self.height > _LOWEST_WALL) & ~self.is_low
-        self._can_be_wall &= self.height < self.ceiling - _BELOW_CEILING
-        self._can_be_wall &= (self.planar > _NEAREST_WALL) & ~self.is_soft
-        self.returns = Returns(
-            self.column[self._can_be_wall],
-            self.planar[self._can_be_wall],
-            self.height[self._can_be_wall],
-            self.xyz[self._can_be_wall, :2],
-        )
+        self.can_be_wall = (self.height > _LOWEST_WALL) & ~self.is_soft
+        self.can_be_wall &= self.height < self.ceiling - _BELOW_CEILING
+        self.can_be_wall &= (self.planar > _NEAREST_WALL) & (self.planar < _FARTHEST_WALL)
+        arrays = (self.column, self.planar, self.height, self.xyz[:, :2])
+        self.returns = Returns(*(array[self.can_be_wall] for array in arrays))
         self.posts = find_posts(*vars(self.returns).values())
+        self.relief = FLAT
+
+    def _soft(self):
+        """Returns of smoke near the sensor: weaker, range apart, than walls are beside the floor.
+
+        Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
+        """
+        x, y, z = self.xyz.T
+        square = (x * x + y * y) + z * z
+        strength = self.intensity * square
+        near_floor = self.is_low & (self.planar < _FLOOR_RANGE)
+        count = np.count_nonzero(near_floor)
+        if count == 0:
+            return np.zeros(len(square), bool)
+        # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
+        gate = _SOFT_FACTOR * (ordered_sum(strength[near_floor]) / count)
+        near = square < _SOFT_RANGE * _SOFT_RANGE
+        return near & (strength < gate) & (self.height > _LOWEST_WALL)
+
+    def find_walls(self, directions):
+        """Relief, lines, the profile of the boundary and the drop-offs."""
+        self._find_relief()
+        self.view = View(self.ceiling, -self.plane[2], self._steepest())
+        self.lines = find_lines(self.posts)
+        support = line_support(self.returns, self.lines, directions, self.view)
+        self.at_wall = self._at_a_wall()
+        self.seen_floor = self.farthest(self.is_low & ~self.at_wall)
+        ceiling = np.zeros(self.columns)
+        if math.isfinite(self.ceiling):
+            ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
+        beyond = np.maximum(self.seen_floor, ceiling)
+        self.profile = column_profile(self.posts, support, self.view, beyond, directions)
+        self.drops = self._drop_offs(directions)
+        if not np.isfinite(self.drops.begin).any():
+            # A ceiling seen overhead has a floor beneath, unless floors are known to end here.
+            self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
 
     def _find_relief(self):
         hard = ~self.is_soft
@@ -71,48 +115,25 @@ class Room:
             numbers = cell_numbers(raised[:, :2].astype(np.int64))
             on = np.isin(cell_keys(self.xyz, RELIEF_CELL), numbers)
             on = np.flatnonzero(on & hard)
-            self.is_low[on] = np.abs(self.height[on] - self.relief.at(self.xyz[on, :2])) < _ON_FLOOR
+            over = np.abs(self.height[on] - self.relief.at(self.xyz[on, :2]))
+            self.is_low[on] = (over < _ON_FLOOR) & (self.planar[on] < FARTHEST)
 
-    def _soft(self):
-        """Returns of smoke near the sensor: weaker, range apart, than walls are beside the floor.
-
-        Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
-        """
-        square = (self.xyz**2).sum(axis=1)
-        strength = self.intensity * square
-        near_floor = self.is_low & (self.planar < 2.5)
-        if not near_floor.any():
-            return np.zeros(len(square), bool)
-        # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
-        gate = _SOFT_FACTOR * np.mean(strength[near_floor])
-        return (square < _SOFT_RANGE**2) & (strength < gate) & (self.height > _LOWEST_WALL)
-
-    def find_walls(self, directions):
-        """Lines, the profile of the boundary and the drop-offs."""
-        off_axis = self.planar > _NEAREST_WALL
-        slopes = self.xyz[off_axis, 2] / self.planar[off_axis]
-        steepest = np.percentile(slopes, 99.9) if len(slopes) > 0 else 0.0
-        self.view = View(self.ceiling, -self.plane[2], steepest)
-        self.lines = find_lines(self.posts)
-        support = line_support(self.returns, self.lines, directions, self.view)
-        self.seen_floor = self.farthest(self.is_low & ~self._at_a_wall())
-        ceiling = np.zeros(self.columns)
-        if np.isfinite(self.ceiling):
-            ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
-        self.profile = column_profile(
-            self.posts, support, self.view, np.maximum(self.seen_floor, ceiling)
-        )
-        self.drops = self._drop_offs(directions)
-        if not np.isfinite(self.drops.begin).any():
-            # A ceiling seen overhead has a floor beneath, unless floors are known to end here.
-            self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
+    def _steepest(self):
+        """Tangent of the elevation up to which all but one return in a thousand lie, in steps."""
+        planar = self.planar > _NEAREST_WALL
+        slope = np.floor(self.xyz[planar, 2] / self.planar[planar] * _SLOTS_PER_SLOPE)
+        slot = np.clip(slope, -_SLOPE_SLOTS, _SLOPE_SLOTS - 1).astype(np.int64) + _SLOPE_SLOTS
+        above = np.cumsum(np.bincount(slot, minlength=2 * _SLOPE_SLOTS)[::-1])
+        if above[-1] == 0:
+            return 0.0
+        highest = 2 * _SLOPE_SLOTS - int(np.argmax(above > above[-1] // _STEEPER))
+        return (highest - _SLOPE_SLOTS) / _SLOTS_PER_SLOPE
 
     def _at_a_wall(self):
         near = np.zeros(len(self.xyz), bool)
         if len(self.lines.rho) > 0:
             low = np.flatnonzero(self.is_low)
-            off = np.abs(self.lines.distances(self.xyz[low, :2])).min(axis=0)
-            near[low[off < _WALL_FOOT]] = True
+            near[low] = self.lines.distances(self.xyz[low, :2]).min(axis=0) < _WALL_FOOT
         return near
 
     def farthest(self, which, beside=2, rank=3):
@@ -131,7 +152,7 @@ class Room:
     def _drop_offs(self, directions):
         distance = self.profile.distance[self.column]
         inside = (self.planar < distance + 2 * BEYOND) | (distance == 0.0)
-        floor = self.is_low & ~self._at_a_wall()
+        floor = self.is_low & ~self.at_wall
         floor &= (self.planar < distance - _WALL_FOOT) | (distance == 0.0)
         return find_drop_offs(
             self.column[inside],
@@ -150,7 +171,7 @@ class Room:
 
     def goes_on_level(self):
         """Is a return's cell as level as the floor? The median of its low returns decides."""
-        low = np.flatnonzero(np.abs(self.height) < 5 * _ON_FLOOR)
+        low = np.flatnonzero((np.abs(self.height) < 5 * _ON_FLOOR) & (self.planar < FARTHEST))
         cell = cell_keys(self.xyz, _OPENING_CELL)
         order = low[np.lexsort((self.height[low], cell[low]))]
         cells, begin, count = np.unique(cell[order], return_index=True, return_counts=True)
@@ -168,19 +189,23 @@ class Room:
         known = line >= 0
         past = np.full(len(line), -np.inf)
         nx, ny, rho = (values[line[known]] for values in vars(self.lines).values())
-        past[known] = nx * self.xyz[known, 0] + ny * self.xyz[known, 1] - rho
+        past[known] = (nx * self.xyz[known, 0] + ny * self.xyz[known, 1]) - rho
         return past
 
     def is_wall(self):
         """Returns on the line of their column's boundary."""
-        return self._can_be_wall & (np.abs(self.past_wall()) < _WALL_FOOT)
+        return self.can_be_wall & (np.abs(self.past_wall()) < _WALL_FOOT)
+
+    def rotation_from_sensor(self, mounting):
+        """From the sensor's to the upright frame, (3, 3) float64."""
+        return np.column_stack([times(self.rotation, axis) for axis in mounting.rotation.T])
 
     def visibility(self):
         """The smoke's extinction from the boundary's walls."""
         wall = self.is_wall()
-        line, xyz = self.profile.line[self.column[wall]], self.xyz[wall]
-        ranges = np.sqrt((xyz**2).sum(axis=1))
-        cosine = np.abs(self.lines.nx[line] * xyz[:, 0] + self.lines.ny[line] * xyz[:, 1]) / ranges
+        line, (x, y, z) = self.profile.line[self.column[wall]], self.xyz[wall].T
+        ranges = np.sqrt((x * x + y * y) + z * z)
+        cosine = np.abs(self.lines.nx[line] * x + self.lines.ny[line] * y) / ranges
         return estimate_visibility(line, ranges, self.intensity[wall], cosine)
 
 
@@ -189,15 +214,18 @@ def upright_candidates(plane):
 
     A tilted floor in a plumb building has plumb walls; a tilted sensor sees both tilted alike.
     """
-    a, b, _ = plane
-    normal = np.array([-a, -b, 1.0]) / math.sqrt(a * a + b * b + 1.0)
-    if normal[2] > math.cos(math.radians(_PLUMB)):
+    a, b = float(plane[0]), float(plane[1])
+    length = math.sqrt((a * a + b * b) + 1.0)
+    x, y, z = -a / length, -b / length, 1.0 / length
+    if z > _PLUMB:
         return [np.eye(3)]
-    axis = np.array([[0, 0, -normal[0]], [0, 0, -normal[1]], [normal[0], normal[1], 0]])
-    return [np.eye(3), np.eye(3) + axis + axis @ axis / (1.0 + normal[2])]
+    rest = 1.0 / (1.0 + z)
+    across = -(x * y) * rest
+    turned = [[1.0 - x * x * rest, across, -x], [across, 1.0 - y * y * rest, -y], [x, y, z]]
+    return [np.eye(3), np.array(turned)]
 
 
 def rotated_plane(plane, rotation):
     """z = a x + b y + c in a frame turned by a rotation."""
-    normal = rotation @ np.array([-plane[0], -plane[1], 1.0])
+    normal = times(rotation, (-plane[0], -plane[1], 1.0))
     return np.array([-normal[0] / normal[2], -normal[1] / normal[2], plane[2] / normal[2]])

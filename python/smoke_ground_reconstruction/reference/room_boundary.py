@@ -16,6 +16,7 @@ from .floor_completion import COLUMN_DEG, claim_floor, draw_floor, merge, outlin
 from .floor_model import FloorModel, FloorSource, fit_floor
 from .floor_surface import FloorSurface
 from .label import Label
+from .predicates import Direction
 from .room import Room, upright_candidates
 from .scan import Mounting, Scan, ScanView
 from .sensor_model import SensorModel
@@ -58,8 +59,9 @@ class RoomBoundary:
 
     def __init__(self):
         self._bins = AzimuthBins(COLUMN_DEG)
-        middles = np.radians((np.arange(self._bins.count()) + 0.5) * 360.0 / self._bins.count())
-        self._directions = np.column_stack([np.cos(middles), np.sin(middles)])
+        count = self._bins.count()
+        middles = [Direction.from_degrees((i + 0.5) * 360.0 / count) for i in range(count)]
+        self._directions = np.array(middles)
         self._floor = None
 
     def reconstruct(
@@ -72,8 +74,8 @@ class RoomBoundary:
         """
         level = Scan(view, mounting)
         valid = np.flatnonzero(level.valid)
-        xyz = level.xyz[valid].astype(np.float64)
-        floor = fit_floor(xyz, mounting.sensor_height, self._floor)
+        xyz = level.xyz[valid]
+        floor = fit_floor(xyz.astype(np.float64), mounting.sensor_height, self._floor)
         if floor.source == FloorSource.MEASURED:
             self._floor = floor
         room = self._look(xyz, view.intensity[valid].astype(np.float64), floor)

@@ -36,14 +36,15 @@ class Mounting:
 
     def to_level(self, xyz):
         """Float32 (N, 3) points from the sensor frame to the level frame."""
-        return xyz if self.is_level() else _rotated(self.rotation, xyz)
+        return xyz if self.is_level() else rotated(self.rotation, xyz)
 
     def to_sensor(self, xyz):
         """Float32 (N, 3) points from the level frame to the sensor frame."""
-        return xyz if self.is_level() else _rotated(self.rotation.T, xyz)
+        return xyz if self.is_level() else rotated(self.rotation.T, xyz)
 
 
-def _rotated(matrix, xyz):
+def rotated(matrix, xyz):
+    """Float32 (N, 3) points turned by a matrix (3, 3)."""
     # Not xyz @ matrix.T: the order of the sums is part of the contract.
     x, y, z = (xyz[:, axis].astype(np.float64) for axis in range(3))
     with np.errstate(invalid="ignore"):  # points without a return may be infinite

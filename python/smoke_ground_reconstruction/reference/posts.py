@@ -1,0 +1,90 @@
+"""Vertical posts in single azimuth columns, and the ceiling above them."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from .ordered import ordered_sum
+
+POST_SHARE = 0.6  # of the returns around that belong to a post: smoke is spread wider
+POST_POINTS = 4
+POST_EXTENT = 0.12  # least height of a post [m]
+_HALF = 25  # a post's returns lie this near to each other in planar range [mm]
+_AROUND = 120  # what lies this near counts as around [mm]
+
+_CEILING_LOWEST, _CEILING_HIGHEST = 1.6, 12.0  # above the floor [m]
+_SLOTS_PER_METRE, _SLOTS = 50.0, 520
+_METRE = 50  # slots
+_CEILING_POINTS = 100
+_CEILING_SHARE = 0.2
+
+
+@dataclass(frozen=True)
+class Posts:
+    """Vertical structures in single columns, ordered by column and distance.
+
+    Attributes
+    ----------
+    column, count : (P,) int64
+    distance, low, high, x, y : (P,) float64
+        Planar range, heights of its lowest and highest return above the floor, mean place [m].
+    """
+
+    column: np.ndarray
+    count: np.ndarray
+    distance: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+
+
+def ceiling_height(height, planar):
+    """Height of the ceiling above the floor [m]; infinite where none is seen.
+
+    The level that holds a large share of what is above: the strongest slot of heights, each return
+    weighted by its range (near ones are dense).
+    """
+    slot = np.floor((height - _CEILING_LOWEST) * _SLOTS_PER_METRE)
+    high = (slot >= 0.0) & (slot < _SLOTS)
+    if np.count_nonzero(high) < _CEILING_POINTS:
+        return math.inf
+    votes = np.bincount(slot[high].astype(np.int64) + 1, planar[high], _SLOTS + 2)
+    around = (votes[:-2] + votes[1:-1]) + votes[2:]
+    at = int(around.argmax())
+    if around[at] < _CEILING_SHARE * ordered_sum(votes[max(0, at - _METRE) + 1 :]):
+        return math.inf
+    near = high & (np.abs(slot - at) < 2.0)
+    count = np.count_nonzero(near)
+    return ordered_sum(height[near]) / count if count >= _CEILING_POINTS else math.inf
+
+
+def find_posts(column, planar, height, xy):
+    """Posts among returns that can be wall; all arrays (N,), `xy` (N, 2).
+
+    Planar ranges are compared in whole millimetres.
+    """
+    key = column * 200000 + np.floor(planar * 1000.0).astype(np.int64)
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    within = _count_within(key, _HALF)
+    dense = (within >= POST_POINTS) & (within >= POST_SHARE * _count_within(key, _AROUND))
+    key, order = key[dense], order[dense]
+    group = np.cumsum(np.diff(key, prepend=key[:1]) > _HALF)
+    count = np.bincount(group)
+    low, high = np.full(len(count), np.inf), np.full(len(count), -np.inf)
+    np.minimum.at(low, group, height[order])
+    np.maximum.at(high, group, height[order])
+    first = np.searchsorted(group, np.arange(len(count)))
+    keep = (count >= POST_POINTS) & (high - low >= POST_EXTENT)
+    x, y, distance = (
+        (np.bincount(group, values[order]) / count)[keep] for values in (*xy.T, planar)
+    )
+    return Posts(
+        column[order[first]][keep], count[keep], distance, low[keep], high[keep], x, y
+    )
+
+
+def _count_within(key, half):
+    return np.searchsorted(key, key + half, "right") - np.searchsorted(key, key - half, "left")
