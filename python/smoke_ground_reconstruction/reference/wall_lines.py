@@ -9,6 +9,7 @@ from .posts import POST_EXTENT, POST_POINTS, POST_SHARE
 from .predicates import Direction
 
 LINE_HALF = 0.03  # a wall's returns lie this near to its line [m]
+_HIGHEST_FURNITURE = 3.0  # [m]
 _ANGLES = 180  # of the Hough transform, 1 deg apart
 _SLOTS_PER_METRE = 25.0
 _MOST_WEIGHT = 12  # of a post: a high one is no better than two lower ones
@@ -172,7 +173,8 @@ class View:
 
     def tells(self, planar):
         """Can a wall at a planar range be told from a cupboard?"""
-        return self.sensor_height + self.steepest * planar > self.ceiling
+        top = self.sensor_height + self.steepest * planar
+        return top > min(self.ceiling, _HIGHEST_FURNITURE)
 
 
 def line_support(returns, lines, directions, view):
