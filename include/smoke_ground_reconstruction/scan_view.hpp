@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <vector>
 
 namespace smoke_ground_reconstruction {
 
@@ -33,6 +34,20 @@ struct ScanView {
   StridedField<float> x, y, z, intensity;
   StridedField<std::uint16_t> ring;
   std::size_t size = 0;
+
+  /// A look at one vector a field, all of the same length; they must outlive the view.
+  static ScanView of(const std::vector<float>& x, const std::vector<float>& y,
+                     const std::vector<float>& z, const std::vector<float>& intensity,
+                     const std::vector<std::uint16_t>& ring) {
+    ScanView view;
+    view.x = {x.data(), sizeof(float)};
+    view.y = {y.data(), sizeof(float)};
+    view.z = {z.data(), sizeof(float)};
+    view.intensity = {intensity.data(), sizeof(float)};
+    view.ring = {ring.data(), sizeof(std::uint16_t)};
+    view.size = x.size();
+    return view;
+  }
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -35,16 +35,7 @@ struct Selection {
     intensity.push_back(scan.intensity[i]);
     ring.push_back(scan.ring[i]);
   }
-  ScanView view() const {
-    ScanView view;
-    view.x = {x.data(), sizeof(float)};
-    view.y = {y.data(), sizeof(float)};
-    view.z = {z.data(), sizeof(float)};
-    view.intensity = {intensity.data(), sizeof(float)};
-    view.ring = {ring.data(), sizeof(std::uint16_t)};
-    view.size = x.size();
-    return view;
-  }
+  ScanView view() const { return ScanView::of(x, y, z, intensity, ring); }
 };
 
 }  // namespace

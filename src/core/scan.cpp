@@ -70,16 +70,7 @@ Scan::Scan(const ScanView& view, const Mounting& mounting)
   }
 }
 
-ScanView Scan::view() const {
-  ScanView view;
-  view.x = {x.data(), sizeof(float)};
-  view.y = {y.data(), sizeof(float)};
-  view.z = {z.data(), sizeof(float)};
-  view.intensity = {intensity.data(), sizeof(float)};
-  view.ring = {ring.data(), sizeof(std::uint16_t)};
-  view.size = size();
-  return view;
-}
+ScanView Scan::view() const { return ScanView::of(x, y, z, intensity, ring); }
 
 ScanColumns::ScanColumns(const Scan& scan, const std::vector<std::uint8_t>& use,
                          const AzimuthBins& columns, const SensorModel& sensor) {

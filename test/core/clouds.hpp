@@ -35,16 +35,7 @@ struct Cloud {
 
   std::size_t size() const { return x.size(); }
 
-  ScanView view() const {
-    ScanView view;
-    view.x = {x.data(), sizeof(float)};
-    view.y = {y.data(), sizeof(float)};
-    view.z = {z.data(), sizeof(float)};
-    view.intensity = {intensity.data(), sizeof(float)};
-    view.ring = {ring.data(), sizeof(std::uint16_t)};
-    view.size = size();
-    return view;
-  }
+  ScanView view() const { return ScanView::of(x, y, z, intensity, ring); }
 
   /// The points of `order`, in that order.
   Cloud select(const std::vector<std::size_t>& order) const {

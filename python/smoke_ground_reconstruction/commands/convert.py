@@ -2,6 +2,7 @@
 
 import argparse
 
+from smoke_ground_reconstruction.commands.options import add_scan, add_topic
 from smoke_ground_reconstruction.console import note, progress
 from smoke_ground_reconstruction.io import files, format_of
 
@@ -16,8 +17,8 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("input", metavar="INPUT", help="scans or floors")
     parser.add_argument("output", metavar="OUTPUT", help="file to write")
-    parser.add_argument("--topic", help="topic of the scans, for a bag with several")
-    parser.add_argument("--scan", type=int, metavar="N", help="only this scan of a bag (from 0)")
+    add_topic(parser, "scans")
+    add_scan(parser)
     parser.set_defaults(run=run)
 
 

@@ -6,6 +6,7 @@ from typing import Iterable, Optional
 
 import numpy as np
 
+from smoke_ground_reconstruction.commands.options import add_pipeline, add_scan, add_topic
 from smoke_ground_reconstruction.console import CommandError, note, progress
 from smoke_ground_reconstruction.height import HeightError, estimate_sensor_height
 from smoke_ground_reconstruction.io import files, format_of
@@ -28,15 +29,9 @@ def add_parser(subparsers) -> None:
     parser.add_argument("input", metavar="INPUT", help="scans of a LiDAR")
     parser.add_argument("output", metavar="OUTPUT", help="file for the floor")
     parser.add_argument("--method", choices=RECONSTRUCTION_METHODS, help="way of reconstruction")
-    parser.add_argument(
-        "--sensor-height",
-        type=positive_metres,
-        metavar="M",
-        help="height of the sensor above the floor [m]; estimated from the scans if not given",
-    )
-    parser.add_argument("--params", metavar="FILE.yaml", help="parameters of the three stages")
-    parser.add_argument("--topic", help="topic of the clouds, for a bag with several")
-    parser.add_argument("--scan", type=int, metavar="N", help="only this scan of a bag (from 0)")
+    add_pipeline(parser)
+    add_topic(parser)
+    add_scan(parser)
     parser.add_argument(
         "--engine",
         choices=("cpp", "python"),
@@ -45,17 +40,6 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("--sensor", metavar="NAME", help="a sensor of config/: its beams are known")
     parser.set_defaults(run=run)
-
-
-def positive_metres(text: str) -> float:
-    """A length above zero, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = np.nan
-    if not 0.0 < value < np.inf:
-        raise argparse.ArgumentTypeError(f"must be a number of metres above 0, is '{text}'")
-    return value
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -4,7 +4,8 @@ import argparse
 import tempfile
 from pathlib import Path
 
-from smoke_ground_reconstruction.commands.reconstruct import estimated_height, positive_metres
+from smoke_ground_reconstruction.commands.options import add_pipeline, add_topic
+from smoke_ground_reconstruction.commands.reconstruct import estimated_height
 from smoke_ground_reconstruction.console import CommandError, note
 from smoke_ground_reconstruction.io import files, format_of
 from smoke_ground_reconstruction.parameter_files import read_params
@@ -20,14 +21,8 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("input", metavar="INPUT", help="scans of a LiDAR: .bag, .pcd or .npz")
     parser.add_argument("output", metavar="OUTPUT.bag", help="bag for the outputs")
-    parser.add_argument("--topic", help="topic of the clouds, for a bag with several")
-    parser.add_argument(
-        "--sensor-height",
-        type=positive_metres,
-        metavar="M",
-        help="height of the sensor above the floor [m]; estimated from the scans if not given",
-    )
-    parser.add_argument("--params", metavar="FILE.yaml", help="parameters of the three stages")
+    add_topic(parser)
+    add_pipeline(parser)
     parser.add_argument(
         "--rate", type=float, default=1.0, help="speed of the playback (default: %(default)s)"
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Sized
 
 from smoke_ground_reconstruction import view
+from smoke_ground_reconstruction.commands.options import add_scan, add_topic
 from smoke_ground_reconstruction.console import CommandError, note
 from smoke_ground_reconstruction.io import files
 
@@ -20,8 +21,8 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("input", metavar="INPUT", help="a floor or a scan: .bag, .pcd or .npz")
     parser.add_argument("picture", metavar="PICTURE.png", nargs="?", help="file to write")
-    parser.add_argument("--topic", help="topic of the scans, for a bag with several")
-    parser.add_argument("--scan", type=int, metavar="N", help="which scan of a bag (from 0)")
+    add_topic(parser, "scans")
+    add_scan(parser, "which scan")
     parser.set_defaults(run=run)
 
 

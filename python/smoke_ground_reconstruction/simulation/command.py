@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..commands.options import add_scan, add_topic
 from ..console import CommandError, note, progress
 from ..io import files, format_of, replacing
 from .levels import LEVELS, calibrate
@@ -47,8 +48,8 @@ def add_parser(subparsers) -> None:
         help="share of the scan's floor returns that survive (0.66)",
     )
     group.add_argument("--sensor-height", type=float, metavar="M", help="estimated if not given")
-    group.add_argument("--topic", help="topic of the clouds, for a bag with several")
-    group.add_argument("--scan", type=int, metavar="N", help="only this scan of a bag (from 0)")
+    add_topic(group)
+    add_scan(group)
     parser.set_defaults(run=run)
 
 
