@@ -345,12 +345,61 @@ def test_a_low_wide_platform_is_floor_and_a_box_is_not():
     low = relief_of(
         np.vstack([floor, podium]), np.r_[np.zeros(len(floor)), np.full(len(podium), 0.15)]
     )
-    assert low.at(np.array([[3.0, 0.0], [0.0, 0.0]])).tolist() == [0.15, 0.0]
+    at = np.array([[3.0, 0.0], [0.0, 0.0]])
+    np.testing.assert_allclose(low.at(at), [0.15, 0.0], atol=1e-9)
     for other, height in ((podium, 0.45), (box, 0.15)):
         xy = np.vstack([floor, other])
-        assert (
-            len(relief_of(xy, np.r_[np.zeros(len(floor)), np.full(len(other), height)]).cells) == 0
-        )
+        assert relief_of(xy, np.r_[np.zeros(len(floor)), np.full(len(other), height)]).is_flat()
+
+
+def test_a_ramp_goes_on_by_its_slope_until_a_wall_is_seen_beneath_it():
+    floor = grid_of(-3.0, 2.0, -1.0, 1.0)
+    height = np.clip((floor[:, 0] - 1.0) / 8.0, 0.0, None)  # 1:8 from x = 1, hidden from x = 2 on
+    y, z = np.meshgrid(np.arange(-1.0, 1.0, 0.1), np.arange(0.3, 1.5, 0.05))
+    wall = np.column_stack([np.full(y.size, 5.02), y.ravel()])  # down to 0.3 m over the plane
+    relief = relief_of(np.vstack([floor, wall]), np.concatenate([height, z.ravel()]))
+    at = np.array([[0.0, 0.0], [1.8, 0.5], [3.0, 0.0], [4.9, 0.5]])
+    # The slope leads to 0.49 m at x = 4.9, but the floor lies no higher than the wall's foot.
+    np.testing.assert_allclose(relief.at(at), [0.0, 0.1, 0.25, 0.3], atol=4e-3)
+
+
+def test_a_ramp_and_a_platform_meet_where_neither_was_measured():
+    floor, platform = grid_of(-3.0, 2.0, -1.0, 1.0), grid_of(3.2, 5.0, -1.0, 1.0)
+    height = np.clip((floor[:, 0] - 1.0) / 8.0, 0.0, None)  # meets 0.2 m at x = 2.6
+    relief = relief_of(np.vstack([floor, platform]), np.r_[height, np.full(len(platform), 0.2)])
+    at = np.array([[2.3, 0.0], [2.5, 0.0], [2.7, 0.0], [3.1, 0.0]])
+    np.testing.assert_allclose(relief.at(at), [0.1625, 0.1875, 0.2, 0.2], atol=4e-3)
+
+
+def riser_at(x, half_width, top):
+    y, z = np.meshgrid(np.arange(-half_width, half_width, 0.05), np.arange(0.0, top + 1e-6, 0.025))
+    return np.column_stack([np.full(y.size, x), y.ravel()]), z.ravel()
+
+
+def test_a_long_riser_shows_the_height_of_a_platform_that_smoke_hides():
+    floor = grid_of(-2.0, 2.03, -1.2, 1.2)
+    riser, z = riser_at(2.05, 1.2, 0.15)
+    xy, height = np.vstack([floor, riser]), np.r_[np.zeros(len(floor)), z]
+    relief = relief_of(xy, height)
+    at = np.array([[2.0, 0.0], [2.1, 0.0], [4.0, 3.0]])
+    np.testing.assert_allclose(relief.at(at), [0.0, 0.15, 0.15], atol=1e-3)
+    assert np.count_nonzero(relief.is_riser(xy, height)) == np.count_nonzero(z > 0.03)
+    # A box as high but half as long is none, and neither is a kerb with floor behind it.
+    short, low = riser_at(2.05, 0.6, 0.15)
+    assert relief_of(np.vstack([floor, short]), np.r_[np.zeros(len(floor)), low]).is_flat()
+    behind = grid_of(2.3, 3.0, -1.0, 1.0)
+    kerb = relief_of(np.vstack([xy, behind]), np.r_[height, np.zeros(len(behind))])
+    assert kerb.is_flat()
+
+
+def test_sigma_of_the_relief_grows_away_from_measured_floor_and_with_slopes():
+    floor = grid_of(-3.0, 2.0, -1.0, 1.0)
+    at = np.array([[1.0, 0.5], [3.0, 0.0], [5.0, 0.0]])
+    flat = relief_of(floor, np.zeros(len(floor))).sigma(at)
+    ramp = relief_of(floor, np.clip((floor[:, 0] - 1.0) / 8.0, 0.0, None)).sigma(at)
+    for sigma in (flat, ramp):
+        assert sigma[0] == 0.0 and 0.0 < sigma[1] < sigma[2]
+    assert np.all(ramp[1:] > 5.0 * flat[1:])
 
 
 def test_floor_behind_an_open_door_counts_where_it_is_measured():

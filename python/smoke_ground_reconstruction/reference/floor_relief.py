@@ -1,56 +1,138 @@
-"""What of the floor is not on its plane: ramps and low platforms, where they are measured.
+"""What of the floor is not on its plane: ramps, platforms and steps, where they are measured.
 
 Cells in which all low returns agree on one height are floor where a slope that a robot climbs leads
-there from the plane, or where they make a platform, low and wide. Not in the thesis.
+there from the plane, or where they make a platform, low and wide. Planes through them, and the
+lines at which these planes meet or a riser stands, tell how the floor goes on where nothing was
+measured. Not in the thesis.
 """
 
-from collections import deque
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from .relief_facets import find_creases, find_facets, find_step, lowered
+
 CELL = 0.2
+SIDE = 128  # cells along each side of the grid, the sensor in its middle
+REACH = 0.5 * SIDE * CELL  # of the grid [m]
 _LOWEST, _HIGHEST = -0.09, 0.8  # heights that are looked at [m]
 _NEAREST = 0.5  # planar range [m]
 _POINTS = 4  # of a cell
 _SPREAD = 0.04  # between the tenth and ninetieth percentile of a cell's heights [m]
 _ON_PLANE = 0.03
 _SLOPE, _SLACK = 0.16, 0.015  # between neighbouring cells: rise per metre, and [m]
+_NEAR = 0.45  # returns on the floor drawn on lie so near to measured floor [m]
 _HOP = 2  # cells without returns between two rings
 _PLATFORM_HEIGHT = 0.2  # [m]
 _PLATFORM_CELLS = 25
 _FEWEST_CELLS = 10  # less relief is clutter
+_FLATNESS = 0.004  # a floor without relief strays so far from its plane per metre [m]
+_UNSEEN_SLOPE = 0.35  # of the steepest slope seen may be missed per metre
 
 
 @dataclass(frozen=True)
 class FloorRelief:
-    """Cells of measured floor and their heights over the plane; empty where the floor is flat.
+    """Cells of measured floor, and the planes that it lies on.
 
     Attributes
     ----------
     cells : (C, 2) int64
-        Column and row of the cells (multiples of CELL).
+        Column and row of the cells (multiples of CELL), by row, then column.
     height : (C,) float64
         Over the plane, 0 where the cell lies on it [m].
+    facet : (C,) int64
+        Index of the cell's facet; -1 where it lies on none.
+    facets : (F, 3) float64
+        a, b [1], c [m] of height = a x + b y + c over the plane; the first is the plane itself.
+    creases : tuple of relief_facets.Crease
+    step : relief_facets.Step, optional
+        The riser of a platform.
     """
 
     cells: np.ndarray
     height: np.ndarray
+    facet: np.ndarray
+    facets: np.ndarray
+    creases: tuple = field(default_factory=tuple)
+    step: object = None
+
+    def is_flat(self):
+        """Is the floor its plane and nothing else?"""
+        return len(self.facets) == 1 and not np.any(self.height)
 
     def at(self, xy):
-        """Floor over the plane at places (N, 2): as high as the nearest measured cell [m]."""
-        heights = np.zeros(len(xy))
-        if len(self.cells) == 0 or len(xy) == 0:
-            return heights
+        """Floor over the plane at places (N, 2) [m].
+
+        The facet of the nearest measured cell tells, or another one that begins on the way.
+        """
+        if self.is_flat() or len(self.cells) == 0 or len(xy) == 0:
+            return np.zeros(len(xy))
+        return self._at(xy, self._nearest(xy)[0])
+
+    def _at(self, xy, nearest):
+        heights = self.height[nearest].copy()
+        facet = self.facet[nearest].copy()
+        for crease in self.creases * (len(self.facets) - 1):
+            beyond = (facet == crease.of) & (crease.side(xy[:, 0], xy[:, 1]) > 0.0)
+            facet[beyond] = crease.to
+        on = facet >= 0
+        a, b, c = self.facets[facet[on]].T
+        heights[on] = (a * xy[on, 0] + b * xy[on, 1]) + c
+        return heights
+
+    def sigma(self, xy):
+        """One sigma of `at` (N,): grows with the way to the next measured cell [m].
+
+        Along it the floor may bend, the more so where slopes are seen.
+        """
+        if len(xy) == 0 or len(self.cells) == 0:
+            return np.zeros(len(xy))
+        _, away = self._nearest(xy)
+        a, b = self.facets[:, 0], self.facets[:, 1]
+        steepest = math.sqrt((a * a + b * b).max())
+        highest = float(np.abs(self.height).max())
+        per_metre = max(
+            _FLATNESS, _UNSEEN_SLOPE * steepest, 0.0 if self.is_flat() else 0.1 * highest
+        )
+        return per_metre * np.maximum(0.0, away - CELL)
+
+    def carries(self, xy, height):
+        """Returns (N,) that lie on floor off the plane, near to where it was measured."""
+        on = np.zeros(len(xy), bool)
+        low = (height > _LOWEST) & (height < _HIGHEST) & np.all(np.abs(xy) < REACH, axis=1)
+        low = np.flatnonzero(low)
+        if self.is_flat() or len(self.cells) == 0 or len(low) == 0:
+            return on
+        nearest, away = self._nearest(xy[low])
+        over = self._at(xy[low], nearest)
+        on[low] = (over != 0.0) & (np.abs(height[low] - over) < _ON_PLANE) & (away < _NEAR)
+        return on
+
+    def is_riser(self, xy, height):
+        """Returns (N,) of the step's riser: there is floor at its foot."""
+        if self.step is None:
+            return np.zeros(len(xy), bool)
+        return self.step.holds(xy[:, 0], xy[:, 1], height)
+
+    def _nearest(self, xy):
+        """Index of the nearest measured cell of each place, the first of equals, and the way."""
         cells, of = np.unique(_cell_of(xy), axis=0, return_inverse=True)
-        nearest = np.empty(len(cells))
+        nearest, square = np.empty(len(cells), np.int64), np.empty(len(cells), np.int64)
         for i, cell in enumerate(cells):
             away = ((self.cells - cell) ** 2).sum(axis=1)
-            nearest[i] = self.height[away.argmin()]
-        return nearest[of.ravel()]
+            nearest[i] = away.argmin()
+            square[i] = away[nearest[i]]
+        return nearest[of.ravel()], CELL * np.sqrt(square[of.ravel()])
 
 
-FLAT = FloorRelief(np.zeros((0, 2), np.int64), np.zeros(0))
+def _flat(cells, height):
+    """A floor without relief, measured in some cells."""
+    count = len(cells)
+    return FloorRelief(cells, np.zeros(count), np.zeros(count, np.int64), np.zeros((1, 3)))
+
+
+FLAT = _flat(np.zeros((0, 2), np.int64), None)
 
 
 def find_relief(xy, height, planar):
@@ -63,63 +145,137 @@ def find_relief(xy, height, planar):
     height, planar : (N,) float64
         Over the plane, and planar range [m].
     """
-    low = (height > _LOWEST) & (height < _HIGHEST) & (planar > _NEAREST)
-    medians = _even_cells(_cell_of(xy[low]), height[low])
-    off = sum(abs(median) > _ON_PLANE for median in medians.values())
-    if off < _FEWEST_CELLS:
-        return FLAT
-    floor = {cell for cell, median in medians.items() if abs(median) <= _ON_PLANE}
-    floor |= _reached(floor, medians, lambda rise, away: rise < _SLOPE * CELL * away + _SLACK)
-    for platform in _platforms(medians, floor):
-        floor |= platform
-    if sum(abs(medians[cell]) > _ON_PLANE for cell in floor) < _FEWEST_CELLS:
-        return FLAT
-    cells = sorted(floor)
-    heights = np.array([medians[cell] for cell in cells])
-    heights[np.abs(heights) <= _ON_PLANE] = 0.0
-    return FloorRelief(np.array(cells), heights)
+    inside = (planar > _NEAREST) & np.all(np.abs(xy) < REACH, axis=1)
+    inside &= height > _LOWEST
+    grid = _Grid(xy[inside], height[inside])
+    on_plane = grid.even & (np.abs(grid.median) <= _ON_PLANE)
+    step = find_step(grid)
+    floor = _floor_cells(grid, on_plane, step)
+    raised = floor & ~on_plane
+    if np.count_nonzero(raised) < _FEWEST_CELLS:
+        raised[:] = False
+        floor = on_plane
+    if not raised.any() and step is None:
+        return _flat(_places(on_plane), None)
+    return _with_facets(grid, floor, raised, step)
+
+
+def _with_facets(grid, floor, raised, step):
+    facets, of = find_facets(grid, raised)
+    of[floor & ~raised] = 0
+    if step is not None:
+        facets, step = _joined(facets, step)
+    creases = find_creases(grid, facets, of, step)
+    facets, creases = lowered(grid, facets, of, floor, creases)
+    index = np.flatnonzero(floor)
+    height = np.where(raised[index], grid.median[index], 0.0)
+    return FloorRelief(_places(floor), height, of[index], facets, tuple(creases), step)
+
+
+def _joined(facets, step):
+    """Facets with that of the step's platform, and the step with its number."""
+    for number in range(1, len(facets)):
+        a, b, c = facets[number]
+        if a == 0.0 and b == 0.0 and abs(c - step.height) < _ON_PLANE:
+            return facets, step.onto(number)
+    return np.vstack([facets, [0.0, 0.0, step.height]]), step.onto(len(facets))
 
 
 def _cell_of(xy):
     return np.floor(xy / CELL).astype(np.int64)
 
 
-def _even_cells(cell, height):
-    """Median height of each cell whose returns agree on one."""
-    order = np.lexsort((height, cell[:, 1], cell[:, 0]))
-    cell, height = cell[order], height[order]
-    cells, begin, count = np.unique(cell, axis=0, return_index=True, return_counts=True)
-    spread = height[begin + (9 * count) // 10] - height[begin + count // 10]
-    even = (count >= _POINTS) & (spread < _SPREAD)
-    median = height[begin + count // 2]
-    return {tuple(at): value for at, value in zip(cells[even].tolist(), median[even].tolist())}
+def _places(which):
+    """Column and row (C, 2) of the cells of a flat map."""
+    index = np.flatnonzero(which)
+    return np.column_stack([index % SIDE, index // SIDE]) - SIDE // 2
 
 
-def _reached(start, medians, leads):
+class _Grid:
+    """Returns by cell, all maps flat (SIDE * SIDE,).
+
+    Attributes
+    ----------
+    x, y, height, cell : (N,)
+        Returns by cell, then height.
+    even : bool
+        Do the cell's low returns agree on one height?
+    median, mean_x, mean_y, mean_height : float64
+        Of a cell's low returns [m]; 0 where there are none.
+    bottom, top : float64
+        Lowest and highest low return of a cell [m]; infinite and -infinite where there is none.
+    count : int64
+        Low returns.
+    """
+
+    def __init__(self, xy, height):
+        cell = _cell_of(xy) + SIDE // 2
+        cell = cell[:, 1] * SIDE + cell[:, 0]
+        order = np.lexsort((height, cell))
+        self.x, self.y, self.height, self.cell = (
+            xy[order, 0],
+            xy[order, 1],
+            height[order],
+            cell[order],
+        )
+        total = SIDE * SIDE
+        self._summarise(total)
+
+    def _summarise(self, total):
+        low = self.height < _HIGHEST
+        cell, height = self.cell[low], self.height[low]
+        self.count = np.bincount(cell, minlength=total)
+        begin = np.searchsorted(cell, np.arange(total))
+        some = self.count > 0
+        at, count = begin[some], self.count[some]
+        self.top = np.full(total, -np.inf)
+        self.top[some] = height[at + count - 1]
+        self.bottom = np.full(total, np.inf)
+        self.bottom[some] = height[at]
+        self.median = np.zeros(total)
+        self.median[some] = height[at + count // 2]
+        spread = np.full(total, np.inf)
+        spread[some] = height[at + (9 * count) // 10] - height[at + count // 10]
+        self.even = (self.count >= _POINTS) & (spread < _SPREAD)
+        means = (self.x[low], self.y[low], height)
+        self.mean_x, self.mean_y, self.mean_height = (
+            np.bincount(cell, values, total) / np.maximum(self.count, 1) for values in means
+        )
+
+
+def _floor_cells(grid, on_plane, step):
+    """Cells of the plane and of what a climbable slope leads to, and platforms."""
+    floor = _reached(on_plane, grid.even, grid.median, lambda away: _SLOPE * CELL * away + _SLACK)
+    left = grid.even & ~floor & (np.abs(grid.median) <= _PLATFORM_HEIGHT)
+    while left.any():
+        start = np.zeros(len(left), bool)
+        start[np.flatnonzero(left)[0]] = True
+        group = _reached(start, left, grid.median, lambda away: _SLACK)
+        if np.count_nonzero(group) >= _PLATFORM_CELLS or (
+            step is not None and step.carries(grid, group)
+        ):
+            floor = floor | group
+        left &= ~group
+    return floor
+
+
+def _reached(start, among, median, steepest):
     """Cells that a chain of neighbours leads to, each step judged by its rise and its length."""
-    found, queue = set(start), deque(sorted(start))
-    while queue:
-        column, row = at = queue.popleft()
-        for dx in range(-_HOP, _HOP + 1):
-            for dy in range(-_HOP, _HOP + 1):
-                to = (column + dx, row + dy)
-                if to in found or to not in medians:
-                    continue
-                if leads(abs(medians[to] - medians[at]), max(abs(dx), abs(dy))):
-                    found.add(to)
-                    queue.append(to)
-    return found
+    square = (SIDE, SIDE)
+    found, among, median = start.reshape(square), among.reshape(square), median.reshape(square)
+    found = found.copy()
+    hops = [(x, y) for x in range(-_HOP, _HOP + 1) for y in range(-_HOP, _HOP + 1)]
+    while True:
+        before = np.count_nonzero(found)
+        for x, y in hops:
+            to, of = _shifted(x, y)
+            leads = np.abs(median[to] - median[of]) < steepest(max(abs(x), abs(y)))
+            found[to] |= among[to] & found[of] & leads
+        if np.count_nonzero(found) == before:
+            return found.ravel()
 
 
-def _platforms(medians, floor):
-    """Low, wide, level groups of cells beside the floor."""
-    left = {
-        cell: median
-        for cell, median in medians.items()
-        if cell not in floor and abs(median) <= _PLATFORM_HEIGHT
-    }
-    while left:
-        group = _reached({min(left)}, left, lambda rise, away: rise < _SLACK)
-        if len(group) >= _PLATFORM_CELLS:
-            yield group
-        left = {cell: median for cell, median in left.items() if cell not in group}
+def _shifted(x, y):
+    """Slices of a square map: the cells, and those that lie (x, y) before them."""
+    cut = lambda by: slice(max(0, by), SIDE + min(0, by))  # noqa: E731
+    return (cut(y), cut(x)), (cut(-y), cut(-x))

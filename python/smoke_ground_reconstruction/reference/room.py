@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 
-from .cells import cell_keys, cell_numbers
+from .cells import cell_keys
 from .drop_offs import find_drop_offs
-from .floor_relief import CELL as RELIEF_CELL
 from .floor_relief import FLAT, find_relief
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts
@@ -95,7 +94,9 @@ class Room:
         self.lines = find_lines(self.posts)
         support = line_support(self.returns, self.lines, directions, self.view)
         self.at_wall = self._at_a_wall()
-        self.seen_floor = self.farthest(self.is_low & ~self.at_wall)
+        # A riser has floor at its foot.
+        riser = ~self.is_soft & self.relief.is_riser(self.xyz[:, :2], self.height)
+        self.seen_floor = self.farthest((self.is_low & ~self.at_wall) | riser)
         ceiling = np.zeros(self.columns)
         if math.isfinite(self.ceiling):
             ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
@@ -109,14 +110,9 @@ class Room:
     def _find_relief(self):
         hard = ~self.is_soft
         self.relief = find_relief(self.xyz[hard, :2], self.height[hard], self.planar[hard])
-        cells = np.column_stack([self.relief.cells, self.relief.height])
-        raised = cells[cells[:, 2] != 0.0]
-        if len(raised) > 0:
-            numbers = cell_numbers(raised[:, :2].astype(np.int64))
-            on = np.isin(cell_keys(self.xyz, RELIEF_CELL), numbers)
-            on = np.flatnonzero(on & hard)
-            over = np.abs(self.height[on] - self.relief.at(self.xyz[on, :2]))
-            self.is_low[on] = (over < _ON_FLOOR) & (self.planar[on] < FARTHEST)
+        on = np.flatnonzero(hard & (self.planar < FARTHEST))
+        on = on[self.relief.carries(self.xyz[on, :2], self.height[on])]
+        self.is_low[on] = True
 
     def _steepest(self):
         """Tangent of the elevation up to which all but one return in a thousand lie, in steps."""
