@@ -221,7 +221,7 @@ def _noise(residual, sine):
         return _NOISE_LEAST, _UNEVEN
     middle = _median(sine, _SINES)
     steep = sine >= middle
-    if steep.all():
+    if steep.all() or not steep.any():
         return _NOISE_LEAST, _UNEVEN
     deviation = [_MAD * _median(residual[half], _LENGTHS) for half in (steep, ~steep)]
     median_sine = [_median(sine[half], _SINES) for half in (steep, ~steep)]
