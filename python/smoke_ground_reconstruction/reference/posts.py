@@ -18,6 +18,7 @@ _SLOTS_PER_METRE, _SLOTS = 50.0, 520
 _METRE = 50  # slots
 _CEILING_POINTS = 100
 _CEILING_SHARE = 0.2
+_CEILING_WIDTH, _WIDE_COLUMNS = 0.5, 0.25  # it is so wide [m] in a share of its columns
 
 
 @dataclass(frozen=True)
@@ -40,11 +41,12 @@ class Posts:
     y: np.ndarray
 
 
-def ceiling_height(height, planar):
+def ceiling_height(height, planar, column):
     """Height of the ceiling above the floor [m]; infinite where none is seen.
 
     The level that holds a large share of what is above: the strongest slot of heights, each return
-    weighted by its range (near ones are dense).
+    weighted by its range (near ones are dense). A column shows a ceiling at several ranges, but of
+    a wall only one ring hits a level: so a sensor that looks no higher than the walls sees none.
     """
     slot = np.floor((height - _CEILING_LOWEST) * _SLOTS_PER_METRE)
     high = (slot >= 0.0) & (slot < _SLOTS)
@@ -57,7 +59,18 @@ def ceiling_height(height, planar):
         return math.inf
     near = high & (np.abs(slot - at) < 2.0)
     count = np.count_nonzero(near)
-    return ordered_sum(height[near]) / count if count >= _CEILING_POINTS else math.inf
+    if count < _CEILING_POINTS or not _is_wide(column[near], planar[near]):
+        return math.inf
+    return ordered_sum(height[near]) / count
+
+
+def _is_wide(column, planar):
+    """Do a share of the columns show a level over some width?"""
+    nearest, farthest = np.full(column.max() + 1, np.inf), np.zeros(column.max() + 1)
+    np.minimum.at(nearest, column, planar)
+    np.maximum.at(farthest, column, planar)
+    wide = np.count_nonzero(farthest - nearest >= _CEILING_WIDTH)
+    return wide >= _WIDE_COLUMNS * np.count_nonzero(farthest)
 
 
 def find_posts(column, planar, height, xy):

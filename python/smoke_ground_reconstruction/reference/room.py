@@ -59,7 +59,7 @@ class Room:
         self.height = (z - ((a * x + b * y) + c)).astype(np.float32).astype(np.float64)
         self.planar = np.sqrt(x * x + y * y).astype(np.float32).astype(np.float64)
         self.column = bins.index(x, y)
-        self.ceiling = ceiling_height(self.height, self.planar)
+        self.ceiling = ceiling_height(self.height, self.planar, self.column)
         self.is_low = (np.abs(self.height) < _ON_FLOOR) & (self.planar < FARTHEST)
         self.is_soft = self._soft()
         self.can_be_wall = (self.height > _LOWEST_WALL) & ~self.is_soft
