@@ -10,6 +10,7 @@ from smoke_ground_reconstruction.reference.drop_offs import find_drop_offs
 from smoke_ground_reconstruction.reference.floor_model import FloorSource, fit_floor
 from smoke_ground_reconstruction.reference.floor_relief import find_relief
 from smoke_ground_reconstruction.reference.label import Label
+from smoke_ground_reconstruction.reference.posts import ceiling_height
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel
@@ -108,6 +109,14 @@ def test_feet_of_one_far_wall_do_not_tilt_the_plane():
     found = fit_floor(np.vstack([xyz, foot]), 0.70)
     # All 200 at full weight would tilt it by 2.5 mm over the 4 m.
     assert abs(found.plane[0] * 4.0 + found.plane[2] + 0.7) < 0.0015
+
+
+def test_floor_at_one_range_alone_makes_a_plane():
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
+    ring = np.column_stack([2.0 * np.cos(azimuth), 2.0 * np.sin(azimuth), np.full(400, -0.7)])
+    floor = fit_floor(ring, 0.7)
+    assert floor.source == FloorSource.MEASURED
+    assert np.abs(floor.plane - [0.0, 0.0, -0.7]).max() < 1e-6
 
 
 def test_a_floor_too_far_from_the_mounting_height_is_not_followed():
@@ -416,6 +425,36 @@ def test_floor_behind_an_open_door_counts_where_it_is_measured():
     behind = x > 3.55
     assert 4.5 < x.max() < 5.0
     assert np.abs(y[behind] / x[behind]).max() < 0.5 / 3.4 + np.radians(2 * COLUMN_DEG)
+
+
+def behind_a_window(floor_from, floor_to):
+    """What a sensor that looks up by 15 deg at most claims behind a window of 2 m in the wall x =
+    3.4: a facade at x = 9 is seen through it, and level floor between two places."""
+    elevations = np.linspace(-25.0, 15.0, 40)
+    view = rooms.box_room(WALLS, 1.9, -0.7, elevations, 0.4)[0]
+    xyz = view.xyz.astype(np.float64)
+    through = np.isclose(xyz[:, 0], 3.4, atol=1e-3) & (np.abs(xyz[:, 1]) < 1.0)
+    facade = xyz * (9.0 / np.where(through, xyz[:, 0], 1.0))[:, None]
+    ground = xyz * (-0.7 / np.where(xyz[:, 2] < 0.0, xyz[:, 2], 1.0))[:, None]
+    on_ground = through & (xyz[:, 2] < 0.0) & (ground[:, 0] < 9.0)
+    xyz[through & ~on_ground] = facade[through & ~on_ground]
+    xyz[on_ground] = ground[on_ground]
+    keep = ~on_ground | ((xyz[:, 0] > floor_from) & (xyz[:, 0] < floor_to))
+    view = view._replace(xyz=xyz.astype(np.float32)).select(keep)
+    return reconstruct(view).surface.xyz[:, 0].max()
+
+
+def test_a_facade_behind_a_window_whose_top_is_out_of_view_bounds_no_floor():
+    assert behind_a_window(0.0, 0.0) < 3.4
+    # Floor measured on the far side shows a doorway into another room.
+    assert behind_a_window(3.4, 9.0) == pytest.approx(9.0, abs=0.05)
+
+
+def test_a_level_that_each_column_shows_at_one_range_is_no_ceiling():
+    column = np.repeat(np.arange(300), 2)
+    height = np.full(600, 1.9)
+    assert ceiling_height(height, np.full(600, 3.0), column) == np.inf
+    assert ceiling_height(height, np.tile([2.0, 3.0], 300), column) == pytest.approx(1.9)
 
 
 # --- the floor that comes out -------------------------------------------------------------------

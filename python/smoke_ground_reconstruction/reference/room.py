@@ -94,14 +94,18 @@ class Room:
         self.lines = find_lines(self.posts)
         support = line_support(self.returns, self.lines, directions, self.view)
         self.at_wall = self._at_a_wall()
+        floor = self.is_low & ~self.at_wall
         # A riser has floor at its foot.
         riser = ~self.is_soft & self.relief.is_riser(self.xyz[:, :2], self.height)
-        self.seen_floor = self.farthest((self.is_low & ~self.at_wall) | riser)
+        self.seen_floor = self.farthest(floor | riser)
+        level_floor = self.farthest(floor & self.goes_on_level())
         ceiling = np.zeros(self.columns)
         if math.isfinite(self.ceiling):
             ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
         beyond = np.maximum(self.seen_floor, ceiling)
-        self.profile = column_profile(self.posts, support, self.view, beyond, directions)
+        self.profile = column_profile(
+            self.posts, support, self.view, beyond, level_floor, directions
+        )
         self.drops = self._drop_offs(directions)
         if not np.isfinite(self.drops.begin).any():
             # A ceiling seen overhead has a floor beneath, unless floors are known to end here.

@@ -45,7 +45,7 @@ class Profile:
     line: np.ndarray
 
 
-def column_profile(posts, support, view, beyond, directions):
+def column_profile(posts, support, view, beyond, level_floor, directions):
     """The boundary of each column.
 
     Parameters
@@ -56,6 +56,8 @@ def column_profile(posts, support, view, beyond, directions):
     beyond : (columns,) float64
         How far floor or ceiling was measured in each column [m]: no wall stands nearer, unless
         it is seen.
+    level_floor : (columns,) float64
+        How far floor was measured that goes on as level as the room's [m].
     directions : (columns, 2) float64
         Of the columns' middles.
     """
@@ -78,8 +80,31 @@ def column_profile(posts, support, view, beyond, directions):
     rest &= _like_neighbors(np.where(distance > 0.0, distance, outermost)) >= 2
     distance[rest], kind[rest] = outermost[rest], _SEEN
     _take_lines(support, distance, line, rest, directions)
+    _close_openings(support, view, level_floor, distance, kind, line)
     _bridge(support, distance, kind, line, beyond, directions)
     return Profile(distance, kind, line)
+
+
+def _close_openings(support, view, level_floor, distance, kind, line):
+    """Walls go on across openings whose upper edge lies out of view.
+
+    Where the ceiling is in view a lintel shows, or shows to be missing. Where it is not, a wall
+    farther away between two stretches of one line is seen through a door or a window: floor goes
+    on to it only if some is measured there.
+    """
+    columns = len(distance)
+    for number in np.unique(line[line >= 0]):
+        stretches = runs(line == number)
+        for before, after in zip(stretches, stretches[1:] + stretches[:1]):
+            gap = (before[-1] + 1 + np.arange((after[0] - before[-1] - 1) % columns)) % columns
+            reach = support.reach[number, gap]
+            if not 0 < len(gap) <= _WIDEST_GAP * columns or view.tells(reach).any():
+                continue
+            if _is_torn(level_floor[gap], reach):
+                continue
+            farther = distance[gap] > reach
+            gap, reach = gap[farther], reach[farther]
+            distance[gap], kind[gap], line[gap] = reach, _INFERRED, number
 
 
 def _take_lines(support, distance, line, columns, directions):
@@ -88,9 +113,12 @@ def _take_lines(support, distance, line, columns, directions):
         return
     on = support.seen & (np.abs(support.reach - distance) < LINE_HALF) & columns
     for number in range(len(on)):
+        reach = support.reach[number]
+        length = 0.0
         for run in runs(on[number]):
-            if _chord(support.reach[number], run[0], run[-1], directions) > _LONG:
-                line[run] = number
+            length += _chord(reach, run[0], run[-1], directions)
+        if length > _LONG:
+            line[on[number]] = number
 
 
 def _add_full_posts(posts, view, distance, kind):
@@ -170,7 +198,7 @@ def _bridge(support, distance, kind, line, beyond, directions):
         if bridge.max() > _FARTHEST_CORNER * max(distance[first], distance[after]):
             continue
         is_corner = a[first] <= b[first] + _MEETING and b[after] <= a[after] + _MEETING
-        torn = np.count_nonzero(beyond[gap] > bridge + _BEYOND) > _TORN * len(gap)
+        torn = _is_torn(beyond[gap], bridge)
         if line[first] != line[after]:
             on_first = a[gap] <= b[gap]
             fits = _extends(a, line, first, -1, gap[on_first], directions)
@@ -179,6 +207,11 @@ def _bridge(support, distance, kind, line, beyond, directions):
                 continue
         distance[gap], kind[gap] = bridge, _INFERRED
         line[gap] = np.where(a[gap] <= b[gap], line[first], line[after])
+
+
+def _is_torn(beyond, bridge):
+    """Is something seen behind a bridge in so many of its columns that it cannot be?"""
+    return np.count_nonzero(beyond > bridge + _BEYOND) > _TORN * len(bridge)
 
 
 def _extends(reach, line, at, step, gap, directions):
