@@ -47,8 +47,6 @@ class AgdorFilter {
   std::vector<Label> classify(const Scan& scan) const;
 
  private:
-  bool isDense(const NeighborCounter& counter, const Scan& scan, std::size_t index) const;
-
   AgdorParams params_;
   NeighborCounterFactory make_counter_;
 };

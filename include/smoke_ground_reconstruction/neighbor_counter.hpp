@@ -1,17 +1,29 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
+#include <vector>
 
 #include "smoke_ground_reconstruction/scan.hpp"
 
 namespace smoke_ground_reconstruction {
 
+/// What makes a point one of a crowd: a number of neighbours above `more_than`, up to `at_most`,
+/// nearer than `radius_per_range` times its range.
+struct Crowd {
+  double radius_per_range;
+  std::size_t more_than;
+  std::size_t at_most;
+};
+
 /// Counts points of a scan within a radius: the one question the denoiser asks. Engines differ in
 /// how they propose candidates; all decide by squaredDistance() < radius^2.
 class NeighborCounter {
  public:
+  /// \param scan  must outlive the counter.
+  explicit NeighborCounter(const Scan& scan) : scan_(scan) {}
   virtual ~NeighborCounter() = default;
 
   /// Number of valid points other than `index` whose squared distance to it is below
@@ -25,6 +37,18 @@ class NeighborCounter {
     const std::size_t neighbors = count(index, squared_radius, limit);
     return neighbors > more_than && neighbors <= at_most;
   }
+
+  /// Those of some valid points, in their order, that are in no crowd. Engines override it where
+  /// many points together are answered sooner than one by one.
+  virtual std::vector<std::uint32_t> outsiders(const std::vector<std::uint32_t>& points,
+                                               const Crowd& crowd) const;
+
+ protected:
+  /// Square [m^2] of a radius proportional to a point's range, in the one order of operations that
+  /// all engines share.
+  double squaredRadius(std::size_t index, double radius_per_range) const;
+
+  const Scan& scan_;
 };
 
 /// Makes a counter over all valid points of a scan. The scan must outlive it.

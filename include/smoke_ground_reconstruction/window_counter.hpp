@@ -5,19 +5,25 @@
 #include <vector>
 
 #include "smoke_ground_reconstruction/neighbor_counter.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
 
 namespace smoke_ground_reconstruction {
 
 /// Exact neighbour counts without a tree. A radius proportional to range is a fixed angle: whatever
 /// lies within k * r of a point at range r lies within asin(k) of its direction. Points are
 /// bucketed by (range, elevation, azimuth); a query looks through the buckets that its ball can
-/// touch, nearest first, and decides by squaredDistance(). Exact for any radius: a query whose
-/// window passes a pole, or whose radius reaches the sensor, takes all azimuths or all directions.
-///
-/// Nothing but sums, products and square roots: elevation is bucketed by its sine, azimuth by a
-/// stand-in that grows as it does, range by its binary exponent.
+/// touch, nearest first. Candidates are screened in single precision against a radius a hair
+/// smaller and one a hair larger; only where the two disagree squaredDistance() is asked. Exact for
+/// any radius: a query whose window passes a pole, or whose radius reaches the sensor, takes all
+/// azimuths or all directions.
 class WindowCounter : public NeighborCounter {
  public:
+  /// Places [begin, end) in the order of the buckets.
+  struct Run {
+    std::uint32_t begin;
+    std::uint32_t end;
+  };
+
   /// \param radius_per_range  the k that sizes the buckets; queries of any other radius stay exact.
   WindowCounter(const Scan& scan, double radius_per_range);
 
@@ -25,34 +31,42 @@ class WindowCounter : public NeighborCounter {
   std::size_t count(std::size_t index, double squared_radius, std::size_t limit) const override;
   bool isBetween(std::size_t index, double squared_radius, std::size_t more_than,
                  std::size_t at_most) const override;
+  std::vector<std::uint32_t> outsiders(const std::vector<std::uint32_t>& points,
+                                       const Crowd& crowd) const override;
 
  private:
-  struct Place;
-  struct Window;
+  struct Spot;
+  /// Rows, and columns to either side, that a window reaches; half of all columns: every one.
+  struct Reach {
+    int first_row;
+    int last_row;
+    float columns;
+  };
+  void chooseBuckets();
+  void fillBuckets();
+  Spot spotOf(std::size_t index) const;
+  double radiusPerRange(std::size_t index, double squared_radius) const;
+  Reach reachOf(double lowest_sine, double highest_sine, double radius_per_range) const;
+  Reach reachOf(const Spot& spot, double radius_per_range) const;
 
-  std::vector<std::uint32_t> bucketOfEachPoint() const;
-  void fillBuckets(const std::vector<std::uint32_t>& bucket_of);
-  int rowOf(double sine) const;
-  int columnOf(double turn) const;
-  const std::uint32_t* rowBegin(int shell, int row) const;
+  void collectRuns(std::size_t index, double radius_per_range, std::vector<Run>* runs) const;
+  void collectShell(int shell, const Spot& spot, const Reach& reach, std::vector<Run>* runs) const;
+  void collectRow(int shell, int row, const Spot& spot, float columns,
+                  std::vector<Run>* runs) const;
+  std::size_t countRuns(std::size_t index, double squared_radius, const std::vector<Run>& runs,
+                        std::size_t limit) const;
+  bool isBetween(std::size_t index, double squared_radius, std::size_t more_than,
+                 std::size_t at_most, const std::vector<Run>& runs) const;
+  void countAlongRows(const Crowd& crowd, std::vector<std::int32_t>* at_least) const;
 
-  Place placeOf(std::size_t index) const;
-  Window windowOf(std::size_t index, double squared_radius) const;
-  void limitRows(const Place& place, double reach, Window* window) const;
-  void limitColumns(const Place& place, double reach, Window* window) const;
-
-  std::size_t candidatesIn(const Window& window) const;
-  std::size_t countInWindow(const Window& window, std::size_t limit) const;
-  std::size_t countInShell(int shell, const Window& window, std::size_t enough) const;
-  std::size_t countInRow(int shell, int row, const Window& window, std::size_t enough) const;
-  std::size_t countInRun(std::size_t begin, std::size_t end, const Window& window,
-                         std::size_t enough) const;
-
-  const Scan& scan_;
+  double radius_per_range_;
   int rows_ = 0;
   int columns_ = 0;
-  std::vector<std::uint32_t> bucket_begin_;  // shell by shell, row by row
-  std::vector<float> x_, y_, z_;             // bucket by bucket
+  int shells_ = 1;
+  Recycled<Reach> reaches_;               // for radius_per_range_, by parts of a row
+  Recycled<std::uint32_t> bucket_begin_;  // shell by shell, row by row
+  Recycled<std::uint32_t> place_;         // of each valid point in the buckets
+  Recycled<float> x_, y_, z_;             // bucket by bucket, nothing at both ends
 };
 
 }  // namespace smoke_ground_reconstruction

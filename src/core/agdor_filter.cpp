@@ -3,7 +3,7 @@
 #include <limits>
 #include <utility>
 
-#include "smoke_ground_reconstruction/predicates.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/window_counter.hpp"
 #include "validation.hpp"
 
@@ -11,13 +11,11 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-std::vector<std::uint32_t> candidates(const Scan& scan, double intensity_threshold) {
-  std::vector<std::uint32_t> low;
+void findCandidates(const Scan& scan, double intensity_threshold, std::vector<std::uint32_t>* low) {
   for (std::uint32_t i = 0; i < scan.size(); ++i) {
     const bool is_low = static_cast<double>(scan.intensity[i]) < intensity_threshold;
-    if (scan.valid[i] != 0 && is_low) low.push_back(i);
+    if (scan.valid[i] != 0 && is_low) low->push_back(i);
   }
-  return low;
 }
 
 }  // namespace
@@ -52,21 +50,17 @@ std::vector<Label> AgdorFilter::classify(const Scan& scan) const {
   for (std::size_t i = 0; i < scan.size(); ++i) {
     if (scan.valid[i] != 0) labels[i] = Label::kKept;
   }
-  const auto low = candidates(scan, params_.intensity_threshold);
+  Recycled<std::uint32_t> low;
+  findCandidates(scan, params_.intensity_threshold, &low);
   if (low.empty()) return labels;
-  const auto counter = make_counter_(scan);
-  for (const std::uint32_t i : low) {
-    if (!isDense(*counter, scan, i)) labels[i] = Label::kNoise;
+  const Crowd crowd = {params_.radiusPerRange(), static_cast<std::size_t>(params_.min_neighbors),
+                       params_.max_neighbors == 0
+                           ? std::numeric_limits<std::size_t>::max()
+                           : static_cast<std::size_t>(params_.max_neighbors)};
+  for (const std::uint32_t i : make_counter_(scan)->outsiders(low, crowd)) {
+    labels[i] = Label::kNoise;
   }
   return labels;
-}
-
-bool AgdorFilter::isDense(const NeighborCounter& counter, const Scan& scan, std::size_t i) const {
-  const double radius = params_.radiusPerRange() * range(scan.x[i], scan.y[i], scan.z[i]);
-  const auto more_than = static_cast<std::size_t>(params_.min_neighbors);
-  const auto at_most = params_.max_neighbors == 0 ? std::numeric_limits<std::size_t>::max()
-                                                  : static_cast<std::size_t>(params_.max_neighbors);
-  return counter.isBetween(i, radius * radius, more_than, at_most);
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "smoke_ground_reconstruction/predicates.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -14,7 +15,8 @@ constexpr double kMostCells = (1 << 20) - 8;
 
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t size) : parent_(size) {
+  explicit DisjointSets(std::size_t size) {
+    parent_.resize(size);
     std::iota(parent_.begin(), parent_.end(), 0U);
   }
   std::uint32_t find(std::uint32_t a) {
@@ -24,7 +26,7 @@ class DisjointSets {
   void join(std::uint32_t a, std::uint32_t b) { parent_[find(a)] = find(b); }
 
  private:
-  std::vector<std::uint32_t> parent_;
+  Recycled<std::uint32_t> parent_;
 };
 
 /// Numbers 0, 1, 2 ... for keys: open addressing, at most a quarter full.
@@ -32,7 +34,7 @@ class KeyTable {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-  KeyTable() : slots_(1024, kNone) {}
+  KeyTable() { slots_.assign(1024, kNone); }
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(keys_.size()); }
   std::uint64_t key(std::uint32_t number) const { return keys_[number]; }
@@ -64,8 +66,8 @@ class KeyTable {
     }
   }
 
-  std::vector<std::uint32_t> slots_;
-  std::vector<std::uint64_t> keys_;  // by number
+  Recycled<std::uint32_t> slots_;
+  Recycled<std::uint64_t> keys_;  // by number
 };
 
 /// Where the points of a cell lie: each coordinate's least and greatest.
@@ -97,7 +99,8 @@ double leastSquaredDistance(const Box& a, const Box& b) {
 template <typename Key>
 void sortEntries(std::uint32_t largest_key, const Key& key, std::vector<std::uint32_t>* entries) {
   constexpr std::uint32_t kDigits = 1U << 11U;
-  std::vector<std::uint32_t> sorted(entries->size());
+  Recycled<std::uint32_t> sorted;
+  sorted.resize(entries->size());
   for (std::uint32_t shift = 0; shift < 32 && (largest_key >> shift) != 0; shift += 11) {
     std::array<std::uint32_t, kDigits + 1> begin{};
     for (const std::uint32_t e : *entries) ++begin[(key(e) >> shift) % kDigits + 1];
@@ -112,8 +115,10 @@ void sortEntries(std::uint32_t largest_key, const Key& key, std::vector<std::uin
 class CellGrid {
  public:
   CellGrid(const Scan& scan, const std::vector<std::uint32_t>& points, double edge) {
-    std::vector<std::uint32_t> column(points.size());
-    std::vector<std::uint32_t> level(points.size());
+    Recycled<std::uint32_t> column;
+    Recycled<std::uint32_t> level;
+    column.resize(points.size());
+    level.resize(points.size());
     placePoints(scan, points, 1.0 / edge, &column, &level);
     sortPoints(column, level);
     formCells(scan, points, column, level);
@@ -222,12 +227,12 @@ class CellGrid {
   }
 
   KeyTable columns_;
-  std::vector<std::uint32_t> column_begin_;  // the first cell, by column
-  std::vector<std::uint32_t> level_;         // of a cell in its column
-  std::vector<std::uint32_t> begin_;         // the first point, by cell
-  std::vector<Box> box_;                     // by cell
-  std::vector<std::array<float, 3>> point_;  // cell by cell
-  std::vector<std::uint32_t> entry_;
+  Recycled<std::uint32_t> column_begin_;  // the first cell, by column
+  Recycled<std::uint32_t> level_;         // of a cell in its column
+  Recycled<std::uint32_t> begin_;         // the first point, by cell
+  Recycled<Box> box_;                     // by cell
+  Recycled<std::array<float, 3>> point_;  // cell by cell
+  Recycled<std::uint32_t> entry_;
 };
 
 /// One tolerance for all, cells so small that whatever shares one is linked: cells are joined, by

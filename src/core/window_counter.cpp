@@ -4,267 +4,414 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
+#include "azimuth.hpp"
+#include "multiversion.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
-#include "turn.hpp"
 
 namespace smoke_ground_reconstruction {
 
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
-// Buckets only propose candidates: windows are wider than any rounding. Where sine or cosine come
-// near to 1, the other one is known to 1e-8 only.
-constexpr double kMargin = 1e-6;
-constexpr double kRangeMargin = 1e-9;
+// Buckets only propose candidates: windows are wider than any rounding of the points' directions,
+// which are known in single precision.
+constexpr double kSineMargin = 2e-6;
+constexpr double kAngleMargin = 2.0 * kAzimuthError + 1e-5;
+constexpr double kRangeMargin = 1e-5;  // relative
+constexpr int kPartsPerRow = 4;        // of the table of reaches
 
-constexpr int kShells = 10;         // of ranges, each twice as far as the one before
-constexpr int kFirstExponent = -2;  // the first shell ends at 2^-2 m, the last begins at 64 m
-constexpr std::size_t kChunk = 64;  // points counted before asking whether they are enough
+// Single precision errs by 3e-7 of a squared distance, as long as nothing under- or overflows.
+constexpr double kScreenMargin = 1e-6;
+constexpr double kLeastScreened = 1e-20;      // squared radius [m^2]
+constexpr double kGreatestScreened = 1e30;    // squared radius [m^2]
+constexpr float kLeastSquaredRange = 1e-24F;  // nearer points have no direction [m^2]
 
-/// Half the window's half angle: few empty looks, few candidates outside the radius.
-double bucketAngle(double radius_per_range) {
-  const double reach = std::asin(std::min(radius_per_range, 1.0));
-  return std::clamp(reach / 2.0, 0.4 * kDegree, 10.0 * kDegree);
-}
+constexpr std::uint32_t kLanes = 8;    // candidates looked at together
+constexpr std::uint32_t kPadding = 8;  // places before the first and after the last point
+constexpr std::size_t kAlongRow = 4;   // places looked at to either side of a point
+constexpr std::uint32_t kChunk = 64;   // points counted before asking whether they are enough
+constexpr int kMostBuckets = 1 << 17;  // more cost more to clear than they save
 
-/// Shell of a range >= 0, which may be infinite.
-int shellOf(double range) {
-  std::uint64_t bits;
-  std::memcpy(&bits, &range, sizeof(bits));
-  const int exponent = static_cast<int>(bits >> 52U) - 1023;
-  return std::clamp(exponent - kFirstExponent + 1, 0, kShells - 1);
-}
+// Shells of range, each sqrt(2) times as far as the one before: by the exponent of squared ranges.
+constexpr int kMostShells = 18;
+constexpr unsigned kExponentBit = 23;
+constexpr int kFirstExponent = 127 - 4;  // the second shell begins at 2^-2 m, the last at 64 m
 
-int clampedFloor(double value, int below) {
-  return static_cast<int>(std::clamp(std::floor(value), 0.0, static_cast<double>(below - 1)));
-}
-
-/// How many of the values lie below the limit. Counts in doubles: compilers vectorize that.
-std::size_t countBelow(double limit, const double* values, std::size_t size) {
-  double below = 0.0;
-  for (std::size_t i = 0; i < size; ++i) below += values[i] < limit ? 1.0 : 0.0;
-  return static_cast<std::size_t>(below);
-}
-
-/// Columns [begin, end) of a row.
-struct Columns {
-  int begin;
-  int end;
+/// Where points lie as seen from the sensor, in rows and columns of buckets.
+struct Raster {
+  float rows_per_sine;
+  float columns_per_radian;
+  float rows;
+  float columns;
+  int shells;
 };
+
+Raster rasterOf(int rows, int columns, int shells) {
+  return {static_cast<float>(rows) / 2.0F, static_cast<float>(columns / kTwoPi),
+          static_cast<float>(rows), static_cast<float>(columns), shells};
+}
+
+inline float clampedFloor(float value, float below) {
+  const float positive = value > 0.0F ? value : 0.0F;  // NaN becomes 0 as well
+  const float inside = positive < below - 1.0F ? positive : below - 1.0F;
+  return static_cast<float>(static_cast<std::int32_t>(inside));
+}
+
+inline float squaredRangeOf(float x, float y, float z) { return (x * x + y * y) + z * z; }
+
+inline std::int32_t shellOfSquare(float squared_range, std::int32_t shells) {
+  std::int32_t bits;
+  std::memcpy(&bits, &squared_range, sizeof(bits));
+  const std::int32_t shell = (bits >> kExponentBit) - kFirstExponent + 1;
+  const std::int32_t positive = shell > 0 ? shell : 0;
+  return positive < shells ? positive : shells - 1;
+}
+
+inline float rowAt(float z, float squared_range, const Raster& raster) {
+  return (z / std::sqrt(squared_range) + 1.0F) * raster.rows_per_sine;
+}
+
+/// Buckets of points, garbage ones included: the numbers below 2^24 that floats hold exactly. (GCC
+/// vectorizes this for SSE2, but not for AVX2.)
+void findBuckets(const float* x, const float* y, const float* z, std::size_t size, const Raster& to,
+                 std::uint32_t* bucket) {
+  const Raster raster = to;
+  const float near_bucket = static_cast<float>(raster.shells) * raster.rows * raster.columns;
+  for (std::size_t i = 0; i < size; ++i) {
+    const float squared_range = squaredRangeOf(x[i], y[i], z[i]);
+    const float row = clampedFloor(rowAt(z[i], squared_range, raster), raster.rows);
+    const float column =
+        clampedFloor(azimuthOf(x[i], y[i]) * raster.columns_per_radian, raster.columns);
+    const auto shell = static_cast<float>(shellOfSquare(squared_range, raster.shells));
+    const float place = (shell * raster.rows + row) * raster.columns + column;
+    bucket[i] = static_cast<std::uint32_t>(
+        static_cast<std::int32_t>(squared_range < kLeastSquaredRange ? near_bucket : place));
+  }
+}
+
+/// Places [begin, end).
+using Run = WindowCounter::Run;
+
+/// What a single-precision look at candidates tells.
+struct Tally {
+  std::uint32_t surely;
+  std::uint32_t possibly;
+};
+
+/// A ball a hair smaller and one a hair larger than the one asked about.
+struct Screen {
+  float x, y, z;
+  float surely_below;
+  float possibly_below;
+};
+
+Screen screenOf(float x, float y, float z, double squared_radius) {
+  const bool is_safe = squared_radius >= kLeastScreened && squared_radius <= kGreatestScreened;
+  if (!is_safe) return {x, y, z, -1.0F, INFINITY};
+  return {x, y, z, static_cast<float>(squared_radius * (1.0 - kScreenMargin)),
+          static_cast<float>(squared_radius * (1.0 + kScreenMargin))};
+}
+
+// Vectors of the compiler: AVX's, or two of SSE's or NEON's.
+using Floats = float __attribute__((vector_size(4 * kLanes)));
+using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
+
+/// Looks at candidates until `enough` are surely inside. Reads whole groups of kLanes: others may
+/// follow a run.
+SMOKE_GROUND_MULTIVERSION
+Tally tally(const float* x, const float* y, const float* z, const Run* runs, std::size_t run_count,
+            const Screen& screen, std::size_t enough) {
+  const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7};
+  Tally sum{0, 0};
+  for (std::size_t run = 0; run < run_count && sum.surely < enough; ++run) {
+    for (std::uint32_t from = runs[run].begin; from < runs[run].end; from += kChunk) {
+      const std::uint32_t end = std::min(from + kChunk, runs[run].end);
+      Ints surely = {};
+      Ints possibly = {};
+      for (std::uint32_t i = from; i < end; i += kLanes) {
+        Floats dx, dy, dz;
+        std::memcpy(&dx, x + i, sizeof(dx));
+        std::memcpy(&dy, y + i, sizeof(dy));
+        std::memcpy(&dz, z + i, sizeof(dz));
+        dx -= screen.x;
+        dy -= screen.y;
+        dz -= screen.z;
+        const Floats d2 = (dx * dx + dy * dy) + dz * dz;
+        const Ints is_candidate = lane < static_cast<std::int32_t>(end - i);
+        surely -= (d2 < screen.surely_below) & is_candidate;  // true is -1
+        possibly -= (d2 < screen.possibly_below) & is_candidate;
+      }
+      for (std::uint32_t k = 0; k < kLanes; ++k) {
+        sum.surely += static_cast<std::uint32_t>(surely[k]);
+        sum.possibly += static_cast<std::uint32_t>(possibly[k]);
+      }
+      if (sum.surely >= enough) break;
+    }
+  }
+  return sum;
+}
+
+/// For each place the number of those up to kAlongRow before and behind it that are surely nearer
+/// than a radius proportional to its range.
+SMOKE_GROUND_MULTIVERSION
+void countAlong(const float* x, const float* y, const float* z, std::size_t begin, std::size_t end,
+                float squared_radius_per_range, std::int32_t* found) {
+  constexpr auto kLeast = static_cast<float>(kLeastScreened);
+  for (std::size_t i = begin; i < end; ++i) {
+    const float square = squaredRangeOf(x[i], y[i], z[i]) * squared_radius_per_range;
+    const float limit = square < kLeast ? 0.0F : square;
+    std::int32_t sum = 0;
+    for (std::size_t step = 1; step <= kAlongRow; ++step) {
+      const std::size_t a = i - step;
+      const std::size_t b = i + step;
+      const float before = squaredRangeOf(x[a] - x[i], y[a] - y[i], z[a] - z[i]);
+      const float behind = squaredRangeOf(x[b] - x[i], y[b] - y[i], z[b] - z[i]);
+      sum += (before < limit ? 1 : 0) + (behind < limit ? 1 : 0);
+    }
+    found[i] = sum;
+  }
+}
 
 }  // namespace
 
-/// Where a point lies as seen from the sensor.
-struct WindowCounter::Place {
-  double range;
-  double sine, cosine;  // of the elevation
-  double x, y;          // unit vector of the azimuth
-  double turn;          // of the azimuth
+/// A point's place in the raster.
+struct WindowCounter::Spot {
+  float squared_range;
+  float sine;    // of the elevation
+  float row;     // not rounded
+  float column;  // not rounded
+  bool is_near;  // without direction
 };
 
-/// The buckets that can hold neighbours of one point.
-struct WindowCounter::Window {
-  float x, y, z;
-  double squared_radius;
-  int shell, first_shell, last_shell;
-  int row, first_row, last_row;
-  std::array<Columns, 3> columns;  // from the point's own on, before it, and across +x
-};
+WindowCounter::WindowCounter(const Scan& scan, double radius_per_range)
+    : NeighborCounter(scan), radius_per_range_(radius_per_range) {
+  chooseBuckets();
+  fillBuckets();
+}
 
-WindowCounter::WindowCounter(const Scan& scan, double radius_per_range) : scan_(scan) {
-  const double angle = bucketAngle(radius_per_range);
+/// Half the window's half angle: few empty looks, few candidates outside the radius.
+void WindowCounter::chooseBuckets() {
+  const double half_angle = std::asin(std::min(radius_per_range_, 1.0));
+  const double angle = std::clamp(half_angle / 2.0, 0.4 * kDegree, 10.0 * kDegree);
   rows_ = static_cast<int>(std::ceil(2.0 / angle));
   columns_ = static_cast<int>(std::ceil(2.0 * M_PI / angle));
-  fillBuckets(bucketOfEachPoint());
+  shells_ = kMostShells * rows_ * columns_ <= kMostBuckets ? kMostShells : 1;
+  const int parts = kPartsPerRow * rows_;
+  reaches_.reserve(static_cast<std::size_t>(parts));
+  for (int part = 0; part < parts; ++part) {
+    reaches_.push_back(
+        reachOf(2.0 * part / parts - 1.0, 2.0 * (part + 1) / parts - 1.0, radius_per_range_));
+  }
 }
 
-std::vector<std::uint32_t> WindowCounter::bucketOfEachPoint() const {
-  std::vector<std::uint32_t> bucket_of(scan_.size());
+void WindowCounter::fillBuckets() {
+  const Raster raster = rasterOf(rows_, columns_, shells_);
+  Recycled<std::uint32_t> bucket;
+  bucket.resize(scan_.size());
+  findBuckets(scan_.x.data(), scan_.y.data(), scan_.z.data(), scan_.size(), raster, bucket.data());
+  const auto buckets = static_cast<std::size_t>(shells_) * static_cast<std::size_t>(rows_) *
+                       static_cast<std::size_t>(columns_);
+  bucket_begin_.assign(buckets + 2, 0);  // one more for the points without direction
   for (std::size_t i = 0; i < scan_.size(); ++i) {
-    if (scan_.valid[i] == 0) continue;
-    const Place place = placeOf(i);
-    const int row = shellOf(place.range) * rows_ + rowOf(place.sine);
-    bucket_of[i] = static_cast<std::uint32_t>(row * columns_ + columnOf(place.turn));
+    if (scan_.valid[i] != 0) ++bucket_begin_[bucket[i]];
   }
-  return bucket_of;
-}
-
-void WindowCounter::fillBuckets(const std::vector<std::uint32_t>& bucket_of) {
-  const auto buckets =
-      static_cast<std::size_t>(kShells * rows_) * static_cast<std::size_t>(columns_);
-  bucket_begin_.assign(buckets + 1, 0);
-  for (std::size_t i = 0; i < scan_.size(); ++i) {
-    if (scan_.valid[i] != 0) ++bucket_begin_[bucket_of[i]];
+  std::uint32_t end = kPadding;
+  for (std::uint32_t& begin : bucket_begin_) begin = end += begin;  // now each one's end
+  for (auto* values : {&x_, &y_, &z_}) {
+    values->resize(end + kPadding);
+    std::fill_n(values->begin(), kPadding, NAN);
+    std::fill_n(values->end() - kPadding, kPadding, NAN);
   }
-  std::uint32_t points = 0;
-  for (std::uint32_t& bucket : bucket_begin_) points = bucket += points;  // now each one's end
-  x_.resize(points);
-  y_.resize(points);
-  z_.resize(points);
+  place_.resize(scan_.size());
   for (std::size_t i = scan_.size(); i-- > 0;) {  // backwards: the end moves to the begin
     if (scan_.valid[i] == 0) continue;
-    const std::uint32_t place = --bucket_begin_[bucket_of[i]];
+    const std::uint32_t place = --bucket_begin_[bucket[i]];
+    place_[i] = place;
     x_[place] = scan_.x[i];
     y_[place] = scan_.y[i];
     z_[place] = scan_.z[i];
   }
 }
 
-int WindowCounter::rowOf(double sine) const {
-  return clampedFloor((sine + 1.0) / 2.0 * rows_, rows_);
+/// \param radius_per_range  sine of the window's half angle; 1 or more: every direction.
+WindowCounter::Reach WindowCounter::reachOf(double lowest_sine, double highest_sine,
+                                            double radius_per_range) const {
+  const auto all_columns = static_cast<float>(columns_);
+  if (radius_per_range >= 1.0) return {0, rows_ - 1, all_columns};
+  const auto row_of = [&](double sine) {
+    return std::clamp(static_cast<int>((sine + 1.0) / 2.0 * rows_), 0, rows_ - 1);
+  };
+  constexpr double kUpright = M_PI / 2.0;
+  const double angle = std::asin(radius_per_range) + kAngleMargin;
+  const double lowest = std::asin(std::max(-1.0, lowest_sine - kSineMargin));
+  const double highest = std::asin(std::min(1.0, highest_sine + kSineMargin));
+  const double steepest = std::max(-lowest, highest);
+  Reach reach{0, rows_ - 1, all_columns};
+  if (lowest - angle > -kUpright) {
+    reach.first_row = row_of(std::sin(lowest - angle) - kSineMargin);
+  }
+  if (highest + angle < kUpright) reach.last_row = row_of(std::sin(highest + angle) + kSineMargin);
+  if (steepest + angle < kUpright - 1e-3) {  // no pole inside
+    const double to_the_side = std::asin(std::sin(angle) / std::cos(steepest)) + kAngleMargin;
+    reach.columns = static_cast<float>(to_the_side * columns_ / kTwoPi);
+  }
+  return reach;
 }
 
-int WindowCounter::columnOf(double turn) const {
-  return clampedFloor(turn / kOnceAround * columns_, columns_);
+WindowCounter::Reach WindowCounter::reachOf(const Spot& spot, double radius_per_range) const {
+  if (radius_per_range > radius_per_range_) return reachOf(spot.sine, spot.sine, radius_per_range);
+  const int parts = kPartsPerRow * rows_;
+  const int part = std::clamp(static_cast<int>(kPartsPerRow * spot.row), 0, parts - 1);
+  return reaches_[static_cast<std::size_t>(part)];
 }
 
-const std::uint32_t* WindowCounter::rowBegin(int shell, int row) const {
-  return &bucket_begin_[static_cast<std::size_t>(shell * rows_ + row) *
-                        static_cast<std::size_t>(columns_)];
+WindowCounter::Spot WindowCounter::spotOf(std::size_t index) const {
+  const float x = scan_.x[index];
+  const float y = scan_.y[index];
+  const float z = scan_.z[index];
+  const Raster raster = rasterOf(rows_, columns_, shells_);
+  const float squared_range = squaredRangeOf(x, y, z);
+  const float sine = z / std::sqrt(squared_range);
+  const float column = azimuthOf(x, y) * raster.columns_per_radian;
+  return {squared_range, sine, rowAt(z, squared_range, raster),
+          column >= 0.0F ? column : 0.0F,  // on the axis it is no number
+          squared_range < kLeastSquaredRange};
 }
 
-WindowCounter::Place WindowCounter::placeOf(std::size_t index) const {
-  const double x = scan_.x[index];
-  const double y = scan_.y[index];
-  const double z = scan_.z[index];
-  const double planar = planarRange(scan_.x[index], scan_.y[index]);
-  const double r = range(scan_.x[index], scan_.y[index], scan_.z[index]);
-  if (planar == 0.0) return {r, z / r, 0.0, 1.0, 0.0, 0.0};
-  return {r, z / r, planar / r, x / planar, y / planar, turnOf(x, y)};
+/// Runs of places that can hold neighbours: the own shell and row first, then outwards.
+void WindowCounter::collectRuns(std::size_t index, double radius_per_range,
+                                std::vector<Run>* runs) const {
+  runs->clear();
+  const Spot spot = spotOf(index);
+  const auto last_bucket = bucket_begin_.end() - 2;
+  if (spot.is_near) {
+    runs->push_back({bucket_begin_.front(), bucket_begin_.back()});
+    return;
+  }
+  const Reach reach = reachOf(spot, radius_per_range);
+  const auto shell_at = [&](double ranges) {
+    return shellOfSquare(static_cast<float>(spot.squared_range * ranges * ranges), shells_);
+  };
+  const int own = shell_at(1.0);
+  const int first = shell_at(std::max(0.0, 1.0 - radius_per_range) * (1.0 - kRangeMargin));
+  const int last = shell_at((1.0 + radius_per_range) * (1.0 + kRangeMargin));
+  collectShell(own, spot, reach, runs);
+  for (int shell = first; shell <= last; ++shell) {
+    if (shell != own) collectShell(shell, spot, reach, runs);
+  }
+  if (last_bucket[0] < last_bucket[1]) runs->push_back({last_bucket[0], last_bucket[1]});
 }
 
-WindowCounter::Window WindowCounter::windowOf(std::size_t index, double squared_radius) const {
-  const Place place = placeOf(index);
-  const double radius = std::sqrt(squared_radius);
-  const double margin = kRangeMargin * (place.range + radius);
-  Window window;
-  window.x = scan_.x[index];
-  window.y = scan_.y[index];
-  window.z = scan_.z[index];
-  window.squared_radius = squared_radius;
-  window.shell = shellOf(place.range);
-  window.first_shell = shellOf(std::max(0.0, place.range - radius - margin));
-  window.last_shell = shellOf(place.range + radius + margin);
-  window.row = rowOf(place.sine);
-  limitRows(place, radius / place.range, &window);
-  limitColumns(place, radius / place.range, &window);
-  return window;
+void WindowCounter::collectShell(int shell, const Spot& spot, const Reach& reach,
+                                 std::vector<Run>* runs) const {
+  const int own = std::clamp(static_cast<int>(spot.row), reach.first_row, reach.last_row);
+  collectRow(shell, own, spot, reach.columns, runs);
+  const int farthest = std::max(own - reach.first_row, reach.last_row - own);
+  for (int step = 1; step <= farthest; ++step) {
+    if (own - step >= reach.first_row) collectRow(shell, own - step, spot, reach.columns, runs);
+    if (own + step <= reach.last_row) collectRow(shell, own + step, spot, reach.columns, runs);
+  }
 }
 
-/// \param reach  sine of the window's half angle; 1 or more: every direction.
-void WindowCounter::limitRows(const Place& place, double reach, Window* window) const {
-  window->first_row = 0;
-  window->last_row = rows_ - 1;
-  if (reach >= 1.0) return;
-  const double reach_cosine = std::sqrt(1.0 - reach * reach);
-  const bool holds_pole = place.cosine <= reach + kMargin;
-  const double middle = place.sine * reach_cosine;
-  const double side = place.cosine * reach + kMargin;
-  if (!(holds_pole && place.sine <= 0.0)) window->first_row = rowOf(middle - side);
-  if (!(holds_pole && place.sine >= 0.0)) window->last_row = rowOf(middle + side);
+void WindowCounter::collectRow(int shell, int row, const Spot& spot, float columns,
+                               std::vector<Run>* runs) const {
+  const std::uint32_t* begin = &bucket_begin_[static_cast<std::size_t>(shell * rows_ + row) *
+                                              static_cast<std::size_t>(columns_)];
+  const auto add = [&](int from, int to) {
+    if (begin[from] < begin[to]) runs->push_back({begin[from], begin[to]});
+  };
+  if (2.0F * columns + 2.0F >= static_cast<float>(columns_)) return add(0, columns_);
+  // From one turn further: casts round towards zero.
+  const int first =
+      static_cast<int>(spot.column - columns + static_cast<float>(columns_)) - columns_;
+  const int last = static_cast<int>(spot.column + columns);
+  add(std::max(first, 0), std::min(last + 1, columns_));
+  if (first < 0) add(first + columns_, columns_);
+  if (last >= columns_) add(0, last + 1 - columns_);
 }
 
-void WindowCounter::limitColumns(const Place& place, double reach, Window* window) const {
-  const int own = columnOf(place.turn);
-  window->columns = {Columns{own, columns_}, Columns{0, own}, Columns{0, 0}};
-  if (place.cosine <= reach + kMargin) return;  // a pole is inside: every azimuth
-  const double sine = reach / place.cosine;
-  const double cosine = std::sqrt(1.0 - sine * sine);
-  double right = turnOf(place.x * cosine + place.y * sine, place.y * cosine - place.x * sine);
-  double left = turnOf(place.x * cosine - place.y * sine, place.y * cosine + place.x * sine);
-  right -= kMargin;
-  left += kMargin;
-  if (right > place.turn) right -= kOnceAround;
-  if (left < place.turn) left += kOnceAround;
-  const double columns_per_turn = columns_ / kOnceAround;
-  const int first = static_cast<int>(std::floor(right * columns_per_turn));
-  const int last = static_cast<int>(std::floor(left * columns_per_turn));
-  if (last - first + 1 >= columns_) return;
-  window->columns[0] = {own, std::min(last + 1, columns_)};
-  window->columns[1] = {std::max(first, 0), own};
-  if (first < 0) window->columns[2] = {first + columns_, columns_};
-  if (last >= columns_) window->columns[2] = {0, last + 1 - columns_};
+std::size_t WindowCounter::countRuns(std::size_t index, double squared_radius,
+                                     const std::vector<Run>& runs, std::size_t limit) const {
+  const std::size_t enough = limit + 1 == 0 ? limit : limit + 1;  // the point finds itself
+  const float x = scan_.x[index];
+  const float y = scan_.y[index];
+  const float z = scan_.z[index];
+  const Screen screen = screenOf(x, y, z, squared_radius);
+  const Tally found =
+      tally(x_.data(), y_.data(), z_.data(), runs.data(), runs.size(), screen, enough);
+  if (found.surely >= enough) return limit;
+  if (found.surely == found.possibly) return found.surely - 1;
+  std::size_t exactly = 0;
+  for (const Run& run : runs) {
+    for (std::uint32_t at = run.begin; at < run.end && exactly < enough; ++at) {
+      exactly += squaredDistance(x_[at], y_[at], z_[at], x, y, z) < squared_radius ? 1U : 0U;
+    }
+  }
+  return exactly - 1;
 }
 
 std::size_t WindowCounter::count(std::size_t index, double squared_radius,
                                  std::size_t limit) const {
   if (!(squared_radius > 0.0)) return 0;
-  return countInWindow(windowOf(index, squared_radius), limit);
+  Recycled<Run> runs;
+  collectRuns(index, radiusPerRange(index, squared_radius), &runs);
+  return countRuns(index, squared_radius, runs, limit);
 }
 
 bool WindowCounter::isBetween(std::size_t index, double squared_radius, std::size_t more_than,
                               std::size_t at_most) const {
   if (!(squared_radius > 0.0)) return false;
-  const Window window = windowOf(index, squared_radius);
-  const std::size_t most = candidatesIn(window) - 1;  // without the point itself
+  Recycled<Run> runs;
+  collectRuns(index, radiusPerRange(index, squared_radius), &runs);
+  return isBetween(index, squared_radius, more_than, at_most, runs);
+}
+
+double WindowCounter::radiusPerRange(std::size_t index, double squared_radius) const {
+  const double r = range(scan_.x[index], scan_.y[index], scan_.z[index]);
+  return std::sqrt(squared_radius) / r * (1.0 + 1e-9);
+}
+
+bool WindowCounter::isBetween(std::size_t index, double squared_radius, std::size_t more_than,
+                              std::size_t at_most, const std::vector<Run>& runs) const {
+  std::size_t candidates = 0;
+  for (const Run& run : runs) candidates += run.end - run.begin;
+  const std::size_t most = candidates - 1;  // without the point itself
   if (most <= more_than) return false;
-  if (most <= at_most) return countInWindow(window, more_than + 1) > more_than;
-  const std::size_t neighbors = countInWindow(window, at_most + 1);
+  if (most <= at_most) return countRuns(index, squared_radius, runs, more_than + 1) > more_than;
+  const std::size_t neighbors = countRuns(index, squared_radius, runs, at_most + 1);
   return neighbors > more_than && neighbors <= at_most;
 }
 
-std::size_t WindowCounter::candidatesIn(const Window& window) const {
-  std::size_t sum = 0;
-  for (int shell = window.first_shell; shell <= window.last_shell; ++shell) {
-    for (int row = window.first_row; row <= window.last_row; ++row) {
-      const std::uint32_t* begin = rowBegin(shell, row);
-      for (const Columns& part : window.columns) sum += begin[part.end] - begin[part.begin];
+std::vector<std::uint32_t> WindowCounter::outsiders(const std::vector<std::uint32_t>& points,
+                                                    const Crowd& crowd) const {
+  Recycled<std::int32_t> at_least;
+  countAlongRows(crowd, &at_least);
+  std::vector<std::uint32_t> found;
+  Recycled<Run> runs;
+  for (const std::uint32_t i : points) {
+    if (!at_least.empty() && static_cast<std::size_t>(at_least[place_[i]]) > crowd.more_than) {
+      continue;
     }
-  }
-  return sum;
-}
-
-// From the point's own shell and row outwards: the nearest candidates settle most questions.
-std::size_t WindowCounter::countInWindow(const Window& window, std::size_t limit) const {
-  const std::size_t enough = limit + 1 == 0 ? limit : limit + 1;  // the point finds itself
-  std::size_t found = countInShell(window.shell, window, enough);
-  for (int shell = window.first_shell; shell <= window.last_shell && found < enough; ++shell) {
-    if (shell != window.shell) found += countInShell(shell, window, enough - found);
-  }
-  return std::min(found - 1, limit);
-}
-
-std::size_t WindowCounter::countInShell(int shell, const Window& window, std::size_t enough) const {
-  std::size_t found = countInRow(shell, window.row, window, enough);
-  const int farthest = std::max(window.row - window.first_row, window.last_row - window.row);
-  for (int step = 1; step <= farthest && found < enough; ++step) {
-    const int below = window.row - step;
-    const int above = window.row + step;
-    if (below >= window.first_row) found += countInRow(shell, below, window, enough - found);
-    if (above <= window.last_row && found < enough) {
-      found += countInRow(shell, above, window, enough - found);
+    const double squared_radius = squaredRadius(i, crowd.radius_per_range);
+    if (squared_radius > 0.0) {
+      collectRuns(i, crowd.radius_per_range, &runs);
+      if (isBetween(i, squared_radius, crowd.more_than, crowd.at_most, runs)) continue;
     }
+    found.push_back(i);
   }
   return found;
 }
 
-std::size_t WindowCounter::countInRow(int shell, int row, const Window& window,
-                                      std::size_t enough) const {
-  const std::uint32_t* begin = rowBegin(shell, row);
-  std::size_t found = 0;
-  for (const Columns& part : window.columns) {
-    if (found >= enough) break;
-    found += countInRun(begin[part.begin], begin[part.end], window, enough - found);
-  }
-  return found;
-}
-
-/// Stops soon after `enough`, so the answer may exceed it.
-std::size_t WindowCounter::countInRun(std::size_t begin, std::size_t end, const Window& window,
-                                      std::size_t enough) const {
-  std::array<double, kChunk> d2;
-  std::size_t found = 0;
-  while (begin < end && found < enough) {
-    const std::size_t size = std::min(kChunk, end - begin);
-    for (std::size_t i = 0; i < size; ++i) {
-      d2[i] = squaredDistance(x_[begin + i], y_[begin + i], z_[begin + i], window.x, window.y,
-                              window.z);
-    }
-    found += countBelow(window.squared_radius, d2.data(), size);
-    begin += size;
-  }
-  return found;
+/// A lower bound of each place's neighbours, where that can settle the question: empty where not.
+void WindowCounter::countAlongRows(const Crowd& crowd, std::vector<std::int32_t>* at_least) const {
+  const std::uint32_t end = bucket_begin_.back();
+  if (crowd.more_than >= 2 * kAlongRow || crowd.at_most < end) return;
+  const double k = crowd.radius_per_range;
+  at_least->resize(end);
+  countAlong(x_.data(), y_.data(), z_.data(), kPadding, end,
+             static_cast<float>(k * k * (1.0 - 4.0 * kScreenMargin)), at_least->data());
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -40,7 +40,8 @@ std::vector<std::uint32_t> validPoints(const Scan& scan) {
 
 class KdTreeCounter : public NeighborCounter {
  public:
-  explicit KdTreeCounter(const Scan& scan) : scan_(scan), points_(validPoints(scan)), tree_(false) {
+  explicit KdTreeCounter(const Scan& scan)
+      : NeighborCounter(scan), points_(validPoints(scan)), tree_(false) {
     if (!points_.empty()) tree_.setInputCloud(cloudOf(scan, points_));
   }
 
@@ -64,7 +65,6 @@ class KdTreeCounter : public NeighborCounter {
   }
 
  private:
-  const Scan& scan_;
   std::vector<std::uint32_t> points_;
   Tree tree_;
 };

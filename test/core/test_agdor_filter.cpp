@@ -212,11 +212,13 @@ TEST(AgdorFilter, LabelsAShuffledScanAlike) {
 
 TEST(AgdorFilter, AsksTheCounterItIsGiven) {
   class Lonely : public NeighborCounter {
+   public:
+    using NeighborCounter::NeighborCounter;
     std::size_t count(std::size_t, double, std::size_t) const override { return 0; }
   };
   AgdorParams params = neighborsBetween(3, 0);
   params.engine = DenoiserEngine::kKdTree;
-  const AgdorFilter filter(params, [](const Scan&) { return std::make_unique<Lonely>(); });
+  const AgdorFilter filter(params, [](const Scan& scan) { return std::make_unique<Lonely>(scan); });
   const Cloud cloud = lowPointWithNeighbors(50, kHigh);
   EXPECT_EQ(filter.classify(Scan(cloud.view()))[0], Label::kNoise);
 }

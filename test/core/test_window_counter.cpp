@@ -43,11 +43,34 @@ void expectExactCounts(const Cloud& cloud, double built, double asked) {
   }
 }
 
+/// All points asked together, half of them in no crowd or none of them, by a counter made for the
+/// very radius, and by one that was not.
+void expectExactOutsiders(const Cloud& cloud, double k) {
+  const Scan scan(cloud.view());
+  std::vector<std::uint32_t> points;
+  for (std::uint32_t i = 0; i < scan.size(); ++i) {
+    if (scan.valid[i] != 0) points.push_back(i);
+  }
+  for (const auto& [more_than, at_most] :
+       {std::pair<std::size_t, std::size_t>{0, kAll}, {2, kAll}, {7, kAll}, {30, kAll}, {2, 9}}) {
+    std::vector<std::uint32_t> truth;
+    for (const std::uint32_t i : points) {
+      const double radius = k * range(scan.x[i], scan.y[i], scan.z[i]);
+      const std::size_t neighbors = bruteForceCount(scan, i, radius * radius);
+      if (neighbors <= more_than || neighbors > at_most) truth.push_back(i);
+    }
+    const Crowd crowd = {k, more_than, at_most};
+    ASSERT_EQ(WindowCounter(scan, k).outsiders(points, crowd), truth) << "more than " << more_than;
+    ASSERT_EQ(WindowCounter(scan, 0.3 * k).outsiders(points, crowd), truth);
+  }
+}
+
 /// Radii from next to nothing over half the range to beyond the sensor.
 void expectExactCounts(const Cloud& cloud) {
   for (const double k : {0.0035, 0.02, 0.2, 0.6, 0.999, 1.0, 1.7}) {
     SCOPED_TRACE("radius " + std::to_string(k) + " of the range");
     expectExactCounts(cloud, k, k);
+    expectExactOutsiders(cloud, k);
   }
 }
 
