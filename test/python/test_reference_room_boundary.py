@@ -14,7 +14,6 @@ from smoke_ground_reconstruction.reference.posts import ceiling_height
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel
-from smoke_ground_reconstruction.reference.visibility import estimate_visibility
 
 COLUMNS = 900
 SEEN, INFERRED, LIMIT = 0, 1, 2
@@ -533,17 +532,6 @@ def test_oddities_of_drivers_are_no_error():
         bad = ~np.isfinite(view.xyz).all(axis=1)
         assert np.all(found.labels[bad] == Label.INVALID)
         assert np.isfinite(found.surface.xyz).all()
-
-
-def test_extinction_from_one_wall():
-    # I = 200 cos exp(-2 * 0.4 * R), R from 1 to 5 m.
-    ranges = np.linspace(1.0, 5.0, 2000)
-    cosine = np.full(2000, 0.8)
-    intensity = 200.0 * cosine * np.exp(-0.8 * ranges)
-    found = estimate_visibility(np.zeros(2000, int), ranges, intensity, cosine)
-    assert found.extinction == pytest.approx(0.4, rel=0.01)
-    assert found.meteorological_range == pytest.approx(np.log(20.0) / 0.4, rel=0.01)
-    assert np.isnan(estimate_visibility(*[np.zeros(0)] * 4).extinction)
 
 
 # --- the pipeline --------------------------------------------------------------------------------

@@ -10,7 +10,6 @@ from .floor_relief import FLAT, find_relief
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts
 from .scan import rotated
-from .visibility import estimate_visibility
 from .wall_lines import Returns, View, find_lines, line_support
 from .wall_profile import column_profile
 
@@ -200,13 +199,13 @@ class Room:
         """From the sensor's to the upright frame, (3, 3) float64."""
         return np.column_stack([times(self.rotation, axis) for axis in mounting.rotation.T])
 
-    def visibility(self):
-        """The smoke's extinction from the boundary's walls."""
+    def visibility(self, estimator):
+        """The smoke's extinction from the boundary's walls, by a VisibilityEstimator."""
         wall = self.is_wall()
         line, (x, y, z) = self.profile.line[self.column[wall]], self.xyz[wall].T
         ranges = np.sqrt((x * x + y * y) + z * z)
         cosine = np.abs(self.lines.nx[line] * x + self.lines.ny[line] * y) / ranges
-        return estimate_visibility(line, ranges, self.intensity[wall], cosine)
+        return estimator.estimate(line, ranges, self.intensity[wall], cosine)
 
 
 def upright_candidates(plane):

@@ -20,7 +20,7 @@ from .predicates import Direction
 from .room import Room, upright_candidates
 from .scan import Mounting, Scan, ScanView
 from .sensor_model import SensorModel
-from .visibility import Visibility
+from .visibility import Visibility, VisibilityEstimator
 from .wall_profile import Profile
 
 
@@ -55,7 +55,7 @@ class RoomBoundaryResult:
 
 
 class RoomBoundary:
-    """Keeps the last good floor plane; use one per sensor."""
+    """Keeps the last good floor plane and how bright walls are; use one per sensor."""
 
     def __init__(self):
         self._bins = AzimuthBins(COLUMN_DEG)
@@ -63,6 +63,7 @@ class RoomBoundary:
         middles = [Direction.from_degrees((i + 0.5) * 360.0 / count) for i in range(count)]
         self._directions = np.array(middles)
         self._floor = None
+        self._visibility = VisibilityEstimator()
 
     def reconstruct(
         self, view: ScanView, sensor: SensorModel, mounting: Mounting
@@ -85,8 +86,9 @@ class RoomBoundary:
         surface = merge(view, valid, room, claim, drawn, outline, sensor, mounting, floor.plane)
         labels = np.full(len(view.xyz), Label.INVALID, np.uint8)
         labels[valid] = _labels(room, claim.measured)
+        visibility = room.visibility(self._visibility)
         return RoomBoundaryResult(
-            surface, labels, floor, room.profile, room.drops, claim.limit, room.visibility()
+            surface, labels, floor, room.profile, room.drops, claim.limit, visibility
         )
 
     def _look(self, xyz, intensity, floor):
