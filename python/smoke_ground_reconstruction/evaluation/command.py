@@ -2,6 +2,7 @@
 
 import json
 import warnings
+from itertools import product
 from pathlib import Path
 
 from smoke_ground_reconstruction.console import CommandError, note, progress
@@ -46,6 +47,13 @@ def _add_evaluate(subparsers):
         " level and pose it was made in must be given",
     )
     parser.add_argument("--pose", help="pose of --result; default: the scene's main pose")
+    parser.add_argument(
+        "--overlay",
+        nargs="+",
+        metavar="SCAN",
+        help="run on these recorded clear scans under simulated smoke instead of on scenes;"
+        " SENSOR=FILE where the sensor is not --sensor; --levels default: heavy",
+    )
     parser.set_defaults(run=run_evaluate)
 
 
@@ -105,6 +113,8 @@ def run_evaluate(arguments):
         return _list()
     if arguments.result:
         return _evaluate_result(arguments)
+    if arguments.overlay:
+        return _evaluate_overlay(arguments)
     from smoke_ground_reconstruction.evaluation import results
     from smoke_ground_reconstruction.evaluation.journal import Journal
 
@@ -141,11 +151,31 @@ def _records(plan, processes, journal):
 def _plan(arguments):
     from smoke_ground_reconstruction.evaluation import runner, world
 
+    _check_numbers(arguments)
     _require_known("scene", arguments.scenes, world.scenes())
+    return runner.Plan(
+        methods=_methods(arguments),
+        scenes=tuple(arguments.scenes or world.scenes()),
+        levels=tuple(arguments.levels or world.LEVELS),
+        seeds=arguments.seeds,
+        poses=arguments.poses,
+        sensor=arguments.sensor,
+    )
+
+
+def _check_numbers(arguments):
+    from smoke_ground_reconstruction.evaluation import world
+
     _require_known("level", arguments.levels, world.LEVELS)
     for name, value in (("seeds", arguments.seeds), ("processes", arguments.processes)):
         if value < 1:
             raise CommandError(f"--{name} must be at least 1, not {value}")
+
+
+def _methods(arguments):
+    """Those that were asked for and can run here."""
+    from smoke_ground_reconstruction.evaluation import runner
+
     with warnings.catch_warnings(record=True) as left_out:
         warnings.simplefilter("always")
         methods = runner.available(arguments.methods or DEFAULT_METHODS)
@@ -153,14 +183,7 @@ def _plan(arguments):
         note(str(warning.message))
     if not methods:
         raise CommandError("none of the methods can run here")
-    return runner.Plan(
-        methods=methods,
-        scenes=tuple(arguments.scenes or world.scenes()),
-        levels=tuple(arguments.levels or world.LEVELS),
-        seeds=arguments.seeds,
-        poses=arguments.poses,
-        sensor=arguments.sensor,
-    )
+    return methods
 
 
 def _require_known(kind, names, known):
@@ -198,5 +221,32 @@ def _evaluate_result(arguments):
     results.write_json(found.to_dict(), folder / "results.json")
     (folder / "report.html").write_text(found.page(), encoding="utf-8")
     print(found.table().text())
+    note(f"wrote {folder / 'results.json'} and {folder / 'report.html'}")
+    return 0
+
+
+def _evaluate_overlay(arguments):
+    """Score methods on recorded scans under smoke."""
+    from smoke_ground_reconstruction.evaluation import overlay_report, results
+    from smoke_ground_reconstruction.evaluation.overlay import Recording
+
+    if arguments.scenes:
+        raise CommandError("give either --scenes or --overlay")
+    _check_numbers(arguments)
+    methods, levels = _methods(arguments), arguments.levels or ["heavy"]
+    recordings = [Recording.open(text, arguments.sensor) for text in arguments.overlay]
+    total = len(recordings) * len(levels) * arguments.seeds * len(methods)
+    made = overlay_report.records_of(recordings, methods, levels, arguments.seeds)
+    records = list(progress(made, total, "result"))
+    folder = Path(arguments.output)
+    folder.mkdir(parents=True, exist_ok=True)
+    results.write_json({"format": results.FORMAT, "records": records}, folder / "results.json")
+    shown = overlay_report.table(records)
+    pictures = [
+        (f"{recording.name}, {level}, {name}", overlay_report.picture(recording, level, name))
+        for recording, level, name in product(recordings, levels, methods)
+    ]
+    (folder / "report.html").write_text(overlay_report.page(shown, pictures), encoding="utf-8")
+    print(shown.text())
     note(f"wrote {folder / 'results.json'} and {folder / 'report.html'}")
     return 0

@@ -101,8 +101,8 @@ def _floor_points(xyz, height):
     return np.abs(xyz[:, 2] - xyz[:, :2] @ plane[:2] - plane[2]) <= FLOOR_BAND
 
 
-def extinction_for_survival(recorded, sensor, smoke, survival, seed=0, mode=None):
-    """The mean extinction [1/m] at which that share of the floor returns survives.
+def extinction_for_survival(recorded, sensor, smoke, survival, seed=0, mode=None, cell=None):
+    """The mean extinction [1/m] at which that share of the floor survives.
 
     Found by bisection over overlay() of the floor's beams, so that in mode `strongest` the smoke's
     own returns count against the floor as they will in the scan.
@@ -112,6 +112,9 @@ def extinction_for_survival(recorded, sensor, smoke, survival, seed=0, mode=None
     recorded : RecordedScan
     survival : float
         In (0, 1).
+    cell : float, optional
+        Count the floor in cells of this edge [m], as a scene's smoke levels do; its returns if not
+        given.
 
     Raises
     ------
@@ -121,10 +124,11 @@ def extinction_for_survival(recorded, sensor, smoke, survival, seed=0, mode=None
     if not 0.0 < survival < 1.0:
         raise ValueError(f"survival must lie between 0 and 1, not {survival!r}")
     floor = recorded.only(recorded.is_floor)
+    whole = _floor_size(floor.directions * floor.ranges[:, None], cell)
 
     def surviving(extinction):
         result = overlay(floor, sensor, smoke.with_extinction(extinction), seed, mode)
-        return np.count_nonzero(result["truth"] == Truth.FLOOR) / len(floor.ranges)
+        return _floor_size(result["xyz"][result["truth"] == Truth.FLOOR], cell) / whole
 
     if surviving(_THICKEST) > survival:
         raise ValueError(f"no smoke below {_THICKEST:g} /m leaves only {survival:g} of the floor")
@@ -133,6 +137,11 @@ def extinction_for_survival(recorded, sensor, smoke, survival, seed=0, mode=None
         middle = 0.5 * (low + high)
         low, high = (middle, high) if surviving(middle) > survival else (low, middle)
     return 0.5 * (low + high)
+
+
+def _floor_size(xyz, cell):
+    """Number of points (N, 3), or of cells of an edge [m] that hold any."""
+    return len(xyz) if cell is None else len(np.unique(np.floor(xyz[:, :2] / cell), axis=0))
 
 
 def overlay(recorded, sensor, smoke, seed=0, mode=None):
