@@ -1,0 +1,165 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "smoke_ground_reconstruction/predicates.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// Per column, planar ranges [m]: the floor between `begin` and `end` is not to be claimed.
+struct DropOffs {
+  std::vector<double> begin;     ///< infinite where no drop is seen
+  std::vector<double> end;       ///< infinite where no floor is measured beyond, or no drop seen
+  std::vector<double> floor_to;  ///< how far there is floor because an edge ends it; 0: none does
+
+  /// Does a place lie over a drop, or beyond one without floor measured again?
+  bool hides(std::size_t column, double planar) const {
+    return planar > begin[column] && planar < end[column];
+  }
+};
+
+/// Returns among which drops are looked for, structure of arrays.
+struct DropOffReturns {
+  std::vector<std::uint16_t> column;
+  std::vector<float> planar, height;   ///< planar range and height above the floor [m]
+  std::vector<std::uint8_t> is_floor;  ///< measured floor; feet of walls must not be among it
+};
+
+/// Planar ranges by column, in no order within it. Keeps its buffers.
+class ColumnRanges {
+ public:
+  /// How many ranges lie beyond a distance, and the nearest of them; infinite where none does.
+  struct Beyond {
+    std::size_t count = 0;
+    double nearest = std::numeric_limits<double>::infinity();
+  };
+
+  void clear(std::size_t columns);
+  void add(std::uint16_t column, double range) { items_.push_back({column, range}); }
+  void sort();  ///< by column; to be called after the last add() and before anything else
+
+  std::size_t columns() const { return begin_.size() - 1; }
+  bool isEmpty() const { return items_.empty(); }
+  const double* begin(std::size_t column) const { return ranges_.data() + begin_[column]; }
+  const double* end(std::size_t column) const { return ranges_.data() + begin_[column + 1]; }
+  /// The farthest range of a column nearer than a distance; 0 where there is none.
+  double lastBefore(std::size_t column, double distance) const;
+  Beyond beyond(std::size_t column, double distance) const;
+
+ private:
+  struct Item {
+    std::uint16_t column;
+    double range;
+  };
+  std::vector<Item> items_;
+  std::vector<double> ranges_;
+  std::vector<std::size_t> begin_;
+};
+
+/// A straight edge: its normal away from the sensor, its distance [m], the columns it spans.
+struct DropEdge {
+  double nx = 0.0, ny = 0.0, rho = 0.0;
+  bool is_aligned = false;  ///< along or across a wall
+  bool is_sure = false;     ///< ... beyond doubt
+  std::size_t first = 0, count = 0;
+  double drop = 0.0;  ///< distance at which the drop begins for certain [m]
+
+  /// Cosine between a direction and the normal.
+  double across(const Direction& to) const { return nx * to.cosine + ny * to.sine; }
+  /// Place along the edge where it meets a direction [m].
+  double along(const Direction& to) const {
+    return rho * (nx * to.sine - ny * to.cosine) / across(to);
+  }
+};
+
+/// What is seen of drops in each column.
+struct DropColumns {
+  std::vector<double> before;      ///< last floor before the drop [m], 0 where there is none
+  std::vector<double> after;       ///< nearest crossing of a beam that fell through [m]
+  std::vector<std::uint8_t> sees;  ///< is a drop seen?
+};
+
+/// Finds straight edges: lines that in many columns lie between the last measured floor and the
+/// first beam that fell through it. Keeps its buffers.
+class DropEdgeFinder {
+ public:
+  DropEdgeFinder();
+  /// \param walls  normals of the room's walls: edges along or across them are preferred.
+  void find(const DropColumns& columns, const std::vector<Direction>& middle,
+            const std::vector<std::array<double, 2>>& walls, std::vector<DropEdge>* edges);
+
+ private:
+  struct Candidate {
+    double nx = 0.0, ny = 0.0, rho = 0.0;
+    int columns = -1;
+    double score = -1.0;
+  };
+  struct Column {
+    double before, after;
+    Direction middle;
+  };
+
+  bool strongest(const std::vector<std::array<double, 2>>& walls, DropEdge* edge);
+  Candidate freelyTurned();
+  Candidate candidate(double nx, double ny);
+  Candidate mostAgreed(double nx, double ny, int first, int last);
+  void markExplained(const DropColumns& columns, const std::vector<Direction>& middle,
+                     DropEdge* edge);
+  bool longestRun(DropEdge* edge);
+
+  std::vector<Direction> normals_;  // of the coarse search
+  std::vector<std::uint8_t> left_, is_explained_;
+  std::vector<std::size_t> explained_, against_;  // columns; how many before each speak against
+  std::vector<std::uint8_t> joins_;
+  std::vector<Column> use_;
+  std::vector<Candidate> aligned_;
+  std::vector<int> change_;  // of how many agree, by slot of distance; zeros between calls
+};
+
+/// Finds where the floor ends at drops. Keeps its buffers.
+///
+/// A return from below the floor proves that its beam met no floor where it crossed the floor's
+/// plane. The floor ends before the first such crossing of a column, or at a straight edge, and
+/// goes on only where it is measured again beyond the last. Not in the thesis.
+class DropOffFinder {
+ public:
+  /// \param sensor_height  of the sensor above the floor [m].
+  /// \param middle  directions of the columns' middles.
+  /// \param walls  normals of the room's walls; only edges along or across them tell of floor that
+  ///     was not measured.
+  void find(const DropOffReturns& returns, double sensor_height,
+            const std::vector<Direction>& middle, const std::vector<std::array<double, 2>>& walls,
+            DropOffs* drops);
+
+ private:
+  void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns);
+  void findWitnessed();
+  void joinNeighbors();
+  void endSingleColumns(DropOffs* drops);
+  void findColumns();
+  void followEdges(const std::vector<Direction>& middle, DropOffs* drops);
+  void drawOn(const DropEdge& edge, const std::vector<Direction>& middle);
+  ColumnRanges::Beyond floorBehind(const DropEdge& edge, std::size_t column,
+                                   const std::vector<Direction>& middle) const;
+  void place(const DropEdge& edge, const std::vector<Direction>& middle, DropOffs* drops);
+  void tell(const DropEdge& edge, double rho, const std::vector<Direction>& middle,
+            DropOffs* drops) const;
+  void spread(DropOffs* drops) const;
+  double lastAround(std::size_t column, std::size_t beside, double distance) const;
+
+  ColumnRanges floor_, crossings_;
+  std::vector<double> first_, last_;  // crossings by column, also of those between
+  std::vector<double> again_;
+  std::vector<std::size_t> seen_, at_;  // columns
+  DropColumns columns_;
+  DropEdgeFinder edge_finder_;
+  std::vector<DropEdge> edges_;
+  std::vector<std::uint8_t> is_taken_, is_explained_;
+  std::array<std::vector<std::size_t>, 2> drawn_;  // columns beyond either end of an edge
+};
+
+}  // namespace smoke_ground_reconstruction

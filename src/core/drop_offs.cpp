@@ -1,0 +1,305 @@
+#include "smoke_ground_reconstruction/drop_offs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kDepth = 0.04;         // a return so far below the floor is none of it [m]
+constexpr double kDepthSlope = 0.015;   // and per metre
+constexpr std::size_t kNeighbors = 2;   // columns to either side that share what they see
+constexpr std::size_t kWidestGap = 12;  // columns between two that see a drop and then see it too
+constexpr std::size_t kFloorAgain = 3;  // measured returns of floor beyond a drop
+constexpr double kEdge = 0.02;       // measured floor ends this far before the edge for certain [m]
+constexpr double kTolerance = 0.03;  // of a return's place against an edge [m]
+constexpr double kClear = kEdge + kTolerance;  // floor so far behind an edge lies behind it [m]
+constexpr double kClose = 0.3;       // floor so near before an edge tells where the edge is [m]
+constexpr double kFarEdge = 0.03;    // behind the first return beyond a drop floor begins [m]
+constexpr double kBeyondEdge = 0.3;  // floor so far beyond an edge: the drop has ended [m]
+constexpr std::size_t kWidestSpread = 25;  // columns beside a drop that may belong to it
+constexpr double kResumed = 0.15;          // floor so near behind an edge shows that it ended [m]
+constexpr double kAcross = 0.15;       // least cosine between a column and the normal of an edge
+constexpr double kDrawnOn = 0.3;       // beyond its seen ends an edge of any direction goes on [m]
+constexpr double kDrawnOnShare = 0.5;  // and by a share of its seen length
+
+}  // namespace
+
+void ColumnRanges::clear(std::size_t columns) {
+  items_.clear();
+  ranges_.clear();
+  begin_.assign(columns + 1, 0);
+}
+
+void ColumnRanges::sort() {
+  for (const Item& item : items_) ++begin_[item.column + 1U];
+  for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
+  ranges_.resize(items_.size());
+  for (const Item& item : items_) ranges_[begin_[item.column]++] = item.range;
+  for (std::size_t c = begin_.size() - 1; c > 0; --c) begin_[c] = begin_[c - 1];
+  begin_[0] = 0;
+}
+
+double ColumnRanges::lastBefore(std::size_t column, double distance) const {
+  double last = 0.0;
+  for (const double* range = begin(column); range != end(column); ++range) {
+    if (*range < distance) last = std::max(last, *range);
+  }
+  return last;
+}
+
+ColumnRanges::Beyond ColumnRanges::beyond(std::size_t column, double distance) const {
+  Beyond found;
+  for (const double* range = begin(column); range != end(column); ++range) {
+    if (!(*range > distance)) continue;
+    ++found.count;
+    found.nearest = std::min(found.nearest, *range);
+  }
+  return found;
+}
+
+void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
+                         const std::vector<Direction>& middle,
+                         const std::vector<std::array<double, 2>>& walls, DropOffs* drops) {
+  const std::size_t columns = middle.size();
+  drops->begin.assign(columns, kInfinity);
+  drops->end.assign(columns, kInfinity);
+  drops->floor_to.assign(columns, 0.0);
+  collect(returns, sensor_height, columns);
+  if (crossings_.isEmpty()) return;
+  findWitnessed();
+  joinNeighbors();
+  endSingleColumns(drops);
+  findColumns();
+  edge_finder_.find(columns_, middle, walls, &edges_);
+  followEdges(middle, drops);
+  spread(drops);
+}
+
+/// Sorts measured floor, and where beams crossed the floor's plane, by column.
+void DropOffFinder::collect(const DropOffReturns& returns, double sensor_height,
+                            std::size_t columns) {
+  floor_.clear(columns);
+  crossings_.clear(columns);
+  for (std::size_t i = 0; i < returns.column.size(); ++i) {
+    const double planar = returns.planar[i], height = returns.height[i];
+    if (returns.is_floor[i] != 0) floor_.add(returns.column[i], planar);
+    if (!(height < -(kDepth + kDepthSlope * planar))) continue;
+    crossings_.add(returns.column[i], planar * (sensor_height / (sensor_height - height)));
+  }
+  if (crossings_.isEmpty()) return;
+  floor_.sort();
+  crossings_.sort();
+}
+
+/// Second nearest and second farthest crossing of each column and its neighbours.
+void DropOffFinder::findWitnessed() {
+  const std::size_t columns = crossings_.columns();
+  first_.assign(columns, kInfinity);
+  last_.assign(columns, -kInfinity);
+  for (std::size_t c = 0; c < columns; ++c) {
+    double nearest = kInfinity, farthest = -kInfinity;
+    double near = kInfinity, far = -kInfinity;  // the second of each
+    for (std::size_t k = 0; k <= 2 * kNeighbors; ++k) {
+      const std::size_t at = (c + columns + k - kNeighbors) % columns;
+      for (const double* range = crossings_.begin(at); range != crossings_.end(at); ++range) {
+        near = std::min(near, std::max(nearest, *range));
+        nearest = std::min(nearest, *range);
+        far = std::max(far, std::min(farthest, *range));
+        farthest = std::max(farthest, *range);
+      }
+    }
+    if (near == kInfinity) continue;
+    first_[c] = near;
+    last_[c] = std::max(near, far);
+  }
+}
+
+/// Columns between two that see a drop see the wider of both.
+void DropOffFinder::joinNeighbors() {
+  const std::size_t columns = first_.size();
+  seen_.clear();
+  for (std::size_t c = 0; c < columns; ++c) {
+    if (first_[c] < kInfinity) seen_.push_back(c);
+  }
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    const std::size_t a = seen_[i], b = seen_[(i + 1) % seen_.size()];
+    const std::size_t gap = (b + columns - a - 1) % columns;
+    for (std::size_t k = 1; gap <= kWidestGap && k <= gap; ++k) {
+      first_[(a + k) % columns] = std::min(first_[a], first_[b]);
+      last_[(a + k) % columns] = std::max(last_[a], last_[b]);
+    }
+  }
+}
+
+/// The farthest floor of a column and some beside it nearer than a distance.
+double DropOffFinder::lastAround(std::size_t column, std::size_t beside, double distance) const {
+  const std::size_t columns = floor_.columns();
+  double last = 0.0;
+  for (std::size_t k = 0; k <= 2 * beside; ++k) {
+    const std::size_t at = (column + columns + k - beside) % columns;
+    last = std::max(last, floor_.lastBefore(at, distance));
+  }
+  return last;
+}
+
+/// Begin and end of the drop in each column that sees one, with its neighbours.
+void DropOffFinder::endSingleColumns(DropOffs* drops) {
+  const std::size_t columns = first_.size();
+  again_.assign(columns, 0.0);
+  for (std::size_t c = 0; c < columns; ++c) {
+    if (first_[c] == kInfinity) continue;
+    drops->begin[c] = std::max(0.0, lastAround(c, kNeighbors, first_[c]) - kEdge);
+    ColumnRanges::Beyond beyond;
+    for (std::size_t k = 0; k <= 2 * kNeighbors; ++k) {
+      const auto more = floor_.beyond((c + columns + k - kNeighbors) % columns, last_[c]);
+      beyond.count += more.count;
+      beyond.nearest = std::min(beyond.nearest, more.nearest);
+    }
+    if (beyond.count >= kFloorAgain) again_[c] = beyond.nearest + kFarEdge;
+  }
+  // An edge that runs aslant lies farther in the column itself than in some beside it.
+  for (std::size_t c = 0; c < columns; ++c) {
+    double end = 0.0;
+    for (std::size_t k = 0; k <= 2 * kNeighbors; ++k) {
+      end = std::max(end, again_[(c + columns + k - kNeighbors) % columns]);
+    }
+    if (again_[c] > 0.0) drops->end[c] = end;
+  }
+}
+
+/// What each column sees of a drop; not all rings fire in each column, so it takes in two others.
+void DropOffFinder::findColumns() {
+  const std::size_t columns = first_.size();
+  columns_.before.resize(columns);
+  columns_.after.assign(columns, kInfinity);
+  columns_.sees.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    for (const std::size_t at : {(c + columns - 1) % columns, c, (c + 1) % columns}) {
+      for (const double* range = crossings_.begin(at); range != crossings_.end(at); ++range) {
+        columns_.after[c] = std::min(columns_.after[c], *range);
+      }
+    }
+    columns_.before[c] = lastAround(c, 1, std::min(columns_.after[c], first_[c]));
+    columns_.sees[c] = columns_.after[c] < kInfinity && first_[c] < kInfinity ? 1 : 0;
+  }
+}
+
+void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* drops) {
+  const std::size_t columns = middle.size();
+  is_taken_.assign(columns, 0);
+  for (const DropEdge& edge : edges_) {
+    for (std::size_t k = 0; k < edge.count; ++k) is_taken_[(edge.first + k) % columns] = 1;
+  }
+  is_explained_ = is_taken_;
+  for (const DropEdge& edge : edges_) {
+    drawOn(edge, middle);
+    place(edge, middle, drops);
+    for (const auto& side : drawn_) {
+      for (const std::size_t c : side) {
+        const auto behind = floorBehind(edge, c, middle);
+        if (first_[c] == kInfinity && behind.count >= kFloorAgain) {
+          drops->end[c] = behind.nearest / edge.across(middle[c]) + kFarEdge;
+        }
+        is_explained_[c] = 1;
+      }
+    }
+  }
+}
+
+/// Columns into which an edge goes on beyond its ends, until floor is measured right behind it.
+void DropOffFinder::drawOn(const DropEdge& edge, const std::vector<Direction>& middle) {
+  const std::size_t columns = middle.size();
+  const std::array<std::size_t, 2> ends = {edge.first, (edge.first + edge.count - 1) % columns};
+  const std::array<double, 2> along = {edge.along(middle[ends[0]]), edge.along(middle[ends[1]])};
+  const double farthest = kDrawnOn + kDrawnOnShare * std::fabs(along[1] - along[0]);
+  for (std::size_t side = 0; side < 2; ++side) {
+    drawn_[side].clear();
+    for (std::size_t k = 1; k < columns; ++k) {
+      const std::size_t c = (side == 0 ? ends[0] + columns - k : ends[1] + k) % columns;
+      if (is_taken_[c] != 0 || edge.across(middle[c]) <= kAcross) break;
+      const bool is_far =
+          !edge.is_aligned && std::fabs(edge.along(middle[c]) - along[side]) > farthest;
+      const double resumes = floorBehind(edge, c, middle).nearest;
+      if ((is_far && k > kWidestSpread) || resumes < edge.rho + kClear + kResumed) break;
+      drawn_[side].push_back(c);
+    }
+  }
+}
+
+/// Floor behind an edge in a column and its two neighbours; the distance is that across the edge.
+ColumnRanges::Beyond DropOffFinder::floorBehind(const DropEdge& edge, std::size_t column,
+                                                const std::vector<Direction>& middle) const {
+  const std::size_t columns = middle.size();
+  ColumnRanges::Beyond found;
+  for (const std::size_t c : {(column + columns - 1) % columns, column, (column + 1) % columns}) {
+    const double across = edge.across(middle[c]);
+    if (!(across > 0.0)) continue;
+    const auto more = floor_.beyond(c, (edge.rho + kClear) / across);
+    found.count += more.count;
+    found.nearest = std::min(found.nearest, more.nearest * across);
+  }
+  return found;
+}
+
+/// Ends the floor where the farthest floor before an edge was measured.
+void DropOffFinder::place(const DropEdge& edge, const std::vector<Direction>& middle,
+                          DropOffs* drops) {
+  at_.clear();
+  for (std::size_t k = 0; k < edge.count; ++k) at_.push_back((edge.first + k) % middle.size());
+  for (const auto& side : drawn_) at_.insert(at_.end(), side.begin(), side.end());
+  double nearest = 0.0;
+  for (const std::size_t c : at_) {
+    const double floor = columns_.before[c] * edge.across(middle[c]);
+    if (floor <= edge.rho + kTolerance) nearest = std::max(nearest, floor);
+  }
+  const double rho = std::min(nearest, 0.5 * (nearest + edge.drop) - kEdge);
+  for (const std::size_t c : at_) {
+    const double reach = rho / edge.across(middle[c]);
+    drops->begin[c] = edge.is_sure ? reach : std::min(drops->begin[c], reach);
+  }
+  if (edge.is_sure) tell(edge, rho, middle, drops);
+}
+
+/// Tells of floor that was not measured, from the columns that see the drop to the last ones that
+/// measure floor close to the edge.
+void DropOffFinder::tell(const DropEdge& edge, double rho, const std::vector<Direction>& middle,
+                         DropOffs* drops) const {
+  const auto reaches_edge = [&](std::size_t c) {
+    drops->floor_to[c] = rho / edge.across(middle[c]);
+  };
+  for (std::size_t k = 0; k < edge.count; ++k) reaches_edge((edge.first + k) % middle.size());
+  for (const auto& side : drawn_) {
+    std::size_t told = 0;
+    for (std::size_t k = 0; k < side.size(); ++k) {
+      const double floor = columns_.before[side[k]] * edge.across(middle[side[k]]);
+      if (edge.rho - kClose < floor && floor < edge.rho + kTolerance) told = k + 1;
+    }
+    std::for_each(side.begin(), side.begin() + static_cast<std::ptrdiff_t>(told), reaches_edge);
+  }
+}
+
+/// A drop without an edge goes on sideways until floor is measured well beyond it.
+void DropOffFinder::spread(DropOffs* drops) const {
+  const std::size_t columns = first_.size();
+  const auto is_alone = [this](std::size_t c) {
+    return first_[c] < kInfinity && is_explained_[c] == 0;
+  };
+  for (const std::size_t step : {std::size_t{1}, columns - 1}) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      if (!is_alone(c)) continue;
+      double edge = drops->begin[c];
+      for (std::size_t k = 1; k <= kWidestSpread; ++k) {
+        const std::size_t at = (c + step * k) % columns;
+        const double farthest = lastAround(at, kNeighbors, kInfinity);
+        if (is_alone(at) || farthest > edge + kBeyondEdge) break;
+        edge = std::max(edge, farthest - kEdge);
+        drops->begin[at] = std::min(drops->begin[at], edge);
+      }
+    }
+  }
+}
+
+}  // namespace smoke_ground_reconstruction
