@@ -21,7 +21,7 @@ _SLOT = 0.01  # of an edge's distance from the sensor [m]
 _FARTHEST = 12.0  # [m]
 _MARGIN_WORTH, _MOST_MARGIN = 2.0, 0.5  # columns that a metre of room between floor and drop is
 # worth, and the room [m] that is worth no more
-_ALIGNED_SHARE = 0.4  # of the columns of the best edge make one along or across a wall the better
+_ALIGNED_SHARE = 0.6  # of the columns of the best edge make one along or across a wall the better
 _ACROSS = 0.15  # least cosine between a column and the normal of an edge
 _EDGE_COLUMNS = 6  # that make an edge
 _MOST_EDGES = 6
@@ -71,7 +71,8 @@ def find_edges(before, after, sees, directions, walls):
         left &= ~explained
         if run is not None:
             edge = Edge(*found, *run)
-            edges.append((edge, float((after * edge.across(directions))[explained].min())))
+            across = edge.across(directions[explained])
+            edges.append((edge, float((after[explained] * across).min())))
     return edges
 
 

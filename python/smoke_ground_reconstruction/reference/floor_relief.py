@@ -146,7 +146,7 @@ def find_relief(xy, height, planar):
         Over the plane, and planar range [m].
     """
     inside = (planar > _NEAREST) & np.all(np.abs(xy) < REACH, axis=1)
-    inside &= height > _LOWEST
+    inside &= (height > _LOWEST) & (height < _HIGHEST)
     grid = _Grid(xy[inside], height[inside])
     on_plane = grid.even & (np.abs(grid.median) <= _ON_PLANE)
     step = find_step(grid)
@@ -192,55 +192,46 @@ def _places(which):
 
 
 class _Grid:
-    """Returns by cell, all maps flat (SIDE * SIDE,).
+    """Low returns by cell, all maps flat (SIDE * SIDE,).
 
     Attributes
     ----------
     x, y, height, cell : (N,)
-        Returns by cell, then height.
+        The returns, in input order.
     even : bool
-        Do the cell's low returns agree on one height?
+        Do the cell's returns agree on one height?
     median, mean_x, mean_y, mean_height : float64
-        Of a cell's low returns [m]; 0 where there are none.
+        Of a cell's returns [m]; 0 where there are none.
     bottom, top : float64
-        Lowest and highest low return of a cell [m]; infinite and -infinite where there is none.
+        Lowest and highest return of a cell [m]; infinite and -infinite where there is none.
     count : int64
-        Low returns.
+        Returns of a cell.
     """
 
     def __init__(self, xy, height):
         cell = _cell_of(xy) + SIDE // 2
-        cell = cell[:, 1] * SIDE + cell[:, 0]
-        order = np.lexsort((height, cell))
-        self.x, self.y, self.height, self.cell = (
-            xy[order, 0],
-            xy[order, 1],
-            height[order],
-            cell[order],
-        )
+        self.x, self.y, self.height = xy[:, 0], xy[:, 1], height
+        self.cell = cell[:, 1] * SIDE + cell[:, 0]
         total = SIDE * SIDE
-        self._summarise(total)
-
-    def _summarise(self, total):
-        low = self.height < _HIGHEST
-        cell, height = self.cell[low], self.height[low]
-        self.count = np.bincount(cell, minlength=total)
-        begin = np.searchsorted(cell, np.arange(total))
-        some = self.count > 0
-        at, count = begin[some], self.count[some]
-        self.top = np.full(total, -np.inf)
-        self.top[some] = height[at + count - 1]
-        self.bottom = np.full(total, np.inf)
-        self.bottom[some] = height[at]
-        self.median = np.zeros(total)
-        self.median[some] = height[at + count // 2]
-        spread = np.full(total, np.inf)
-        spread[some] = height[at + (9 * count) // 10] - height[at + count // 10]
-        self.even = (self.count >= _POINTS) & (spread < _SPREAD)
-        means = (self.x[low], self.y[low], height)
+        self.count = np.bincount(self.cell, minlength=total)
         self.mean_x, self.mean_y, self.mean_height = (
-            np.bincount(cell, values, total) / np.maximum(self.count, 1) for values in means
+            np.bincount(self.cell, values, total) / np.maximum(self.count, 1)
+            for values in (self.x, self.y, height)
         )
+        self._rank(height[np.lexsort((height, self.cell))])
+
+    def _rank(self, height):
+        """What the heights, in the order of cell and height, say of each cell."""
+        some = np.flatnonzero(self.count)
+        count = self.count[some]
+        at = np.cumsum(count) - count
+        self.bottom, self.top = np.full(SIDE * SIDE, np.inf), np.full(SIDE * SIDE, -np.inf)
+        self.bottom[some], self.top[some] = height[at], height[at + count - 1]
+        self.median = np.zeros(SIDE * SIDE)
+        self.median[some] = height[at + count // 2]
+        spread = height[at + (9 * count) // 10] - height[at + count // 10]
+        self.even = np.zeros(SIDE * SIDE, bool)
+        self.even[some] = (count >= _POINTS) & (spread < _SPREAD)
 
 
 def _floor_cells(grid, on_plane, step):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .ordered import least_axis, ordered_sum
+from .predicates import Direction
 
 _INLIER = 0.015  # a cell lies on a facet if its mean height is so near [m]
 _FEWEST = 6  # cells of a facet
@@ -22,7 +23,7 @@ _CREASE_SLACK = 0.15  # or no farther than this beyond it [m]
 _RISER_LOWEST, _RISER_HIGHEST = 0.03, 0.22  # heights of what may be a riser [m]
 _RISER_EXTENT = 0.06  # between the lowest and the highest return of a riser's cell [m]
 _STEP_TOP = 0.25  # nothing stands higher in a cell of a riser [m]
-_ANGLES = 180
+_ANGLES = 180  # 1 deg apart
 _RHO_STEP = 0.04  # [m]
 _FARTHEST = 20.0
 _LINE_HALF = 0.03  # returns of a riser lie so near to its line [m]
@@ -124,11 +125,17 @@ def _strongest(grid, left):
         near &= np.abs(grid.mean_y[left] - grid.mean_y[seed]) < _AROUND
         for plane in ([0.0, 0.0, grid.mean_height[seed]], _fitted(grid, left[near])):
             found = np.count_nonzero(_on(grid, left, plane))
-            if found > count and plane[0] ** 2 + plane[1] ** 2 < _STEEPEST**2:
+            if found > count and _square(plane) < _STEEPEST * _STEEPEST:
                 best, count = plane, found
     for _ in range(3):
-        best = _fitted(grid, left[_on(grid, left, best)])
+        on = left[_on(grid, left, best)]
+        best = _fitted(grid, on) if len(on) > 0 else best
     return best
+
+
+def _square(plane):
+    """Of its slope."""
+    return plane[0] * plane[0] + plane[1] * plane[1]
 
 
 def _fitted(grid, cells):
@@ -210,8 +217,7 @@ def _straightest(x, y, cell):
     best, line = 0, (1.0, 0.0, 0.0)
     slots = int(_FARTHEST / _RHO_STEP)
     for k in range(_ANGLES):
-        angle = math.radians(k * 180.0 / _ANGLES)
-        nx, ny = float(np.float32(math.cos(angle))), float(np.float32(math.sin(angle)))
+        nx, ny = Direction.from_degrees(float(k))
         slot = np.floor((nx * x + ny * y) / _RHO_STEP).astype(np.int64) + slots
         votes = np.bincount(slot, minlength=2 * slots)
         pairs = votes[:-1] + votes[1:]
