@@ -24,6 +24,17 @@ void observe(benchmark::State& state) {
 }
 BENCHMARK(observe)->Apply(ringCounts);
 
+/// The same scan once more: no ring shows more points than before.
+void observeAgain(benchmark::State& state) {
+  const Scene& scene = sceneOf(static_cast<int>(state.range(0)));
+  SensorModel sensor;
+  for (auto _ : state) {
+    sensor.observe(scene.packedView());
+    benchmark::DoNotOptimize(sensor.ringsByElevation().data());
+  }
+}
+BENCHMARK(observeAgain)->Apply(ringCounts);
+
 /// The layout by azimuth and ring.
 void columns(benchmark::State& state) {
   const Scene& scene = sceneOf(static_cast<int>(state.range(0)));

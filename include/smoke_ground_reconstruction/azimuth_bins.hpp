@@ -25,6 +25,9 @@ class AzimuthBins {
   /// with the bin's edges (Direction), so the answer does not hang on the rounding of atan2.
   std::size_t index(float x, float y) const;
 
+  /// The same of many points; any number where a coordinate is not finite.
+  void indices(const float* x, const float* y, std::size_t size, std::uint32_t* index) const;
+
  private:
   void binsBeforeSlots();
   std::size_t slotOf(double turn) const;

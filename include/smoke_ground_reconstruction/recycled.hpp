@@ -1,20 +1,27 @@
 #pragma once
 
+#include <cstddef>
 #include <utility>
 #include <vector>
 
 namespace smoke_ground_reconstruction {
 
-/// An empty vector of working memory that an earlier one of this thread has left behind: one scan
-/// after another needs the same memory, and fetching it anew from the system costs as much as
-/// filling it. Each thread keeps as many as it ever needed at once.
+/// A vector in memory that an earlier one of this thread has left behind: one scan after another
+/// needs the same memory, and fetching it anew from the system costs as much as filling it. Each
+/// thread keeps as many as it ever needed at once.
 template <typename T>
 class Recycled : public std::vector<T> {
  public:
   Recycled() : std::vector<T>(taken()) { this->clear(); }
-  ~Recycled() { left().push_back(std::move(*this)); }
-  Recycled(const Recycled&) = delete;
-  Recycled& operator=(const Recycled&) = delete;
+  /// Elements of whatever value, to be overwritten.
+  explicit Recycled(std::size_t size) : std::vector<T>(taken()) { this->resize(size); }
+  Recycled(const Recycled& other) : Recycled() { this->assign(other.begin(), other.end()); }
+  Recycled(Recycled&& other) noexcept = default;
+  Recycled& operator=(const Recycled& other) = default;
+  Recycled& operator=(Recycled&& other) noexcept = default;
+  ~Recycled() {
+    if (this->capacity() > 0) left().push_back(std::move(*this));
+  }
 
  private:
   static std::vector<std::vector<T>>& left() {

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "smoke_ground_reconstruction/azimuth_bins.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/scan_view.hpp"
 #include "smoke_ground_reconstruction/sensor_model.hpp"
 
@@ -27,9 +29,9 @@ struct Mounting {
 /// A scan laid out once for all stages: structure of arrays in input order, in the level frame.
 /// index i is the i-th input point everywhere.
 struct Scan {
-  std::vector<float> x, y, z, intensity;
-  std::vector<std::uint16_t> ring;
-  std::vector<std::uint8_t> valid;  ///< 1 where isReturn() in the sensor frame
+  Recycled<float> x, y, z, intensity;
+  Recycled<std::uint16_t> ring;
+  Recycled<std::uint8_t> valid;  ///< 1 where isReturn() in the sensor frame
 
   /// Copies a view, rotating coordinates into the level frame.
   explicit Scan(const ScanView& view, const Mounting& mounting = Mounting());
@@ -44,15 +46,20 @@ struct Scan {
 constexpr float kFarthestReturn = 1e6F;
 
 /// Is this a return? Finite, no coordinate beyond kFarthestReturn, and not (0, 0, 0).
-bool isReturn(float x, float y, float z);
+inline bool isReturn(float x, float y, float z) {
+  // False for NaN as well. Without branches: loops over points vectorize.
+  const bool is_in_reach = (std::fabs(x) <= kFarthestReturn) & (std::fabs(y) <= kFarthestReturn) &
+                           (std::fabs(z) <= kFarthestReturn);
+  return is_in_reach & ((x != 0.0F) | (y != 0.0F) | (z != 0.0F));
+}
 
 /// The points of some labels, column by column, each column from the lowest ring to the highest
 /// (ring order of the SensorModel; ties by point index).
 struct ScanColumns {
-  std::vector<std::uint32_t> order;  ///< point indices
-  std::vector<std::uint32_t>
-      column_begin;                 ///< column c is order[column_begin[c] .. column_begin[c+1])
-  std::vector<std::uint16_t> rank;  ///< per entry of `order`: rank of the point's ring
+  Recycled<std::uint32_t> order;  ///< point indices
+  Recycled<std::uint32_t>
+      column_begin;              ///< column c is order[column_begin[c] .. column_begin[c+1])
+  Recycled<std::uint16_t> rank;  ///< per entry of `order`: rank of the point's ring
 
   /// \param use  one flag per point of the scan: nonzero takes part. Points whose ring has no rank
   ///             do not.

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "azimuth.hpp"
+#include "multiversion.hpp"
 #include "turn.hpp"
 #include "validation.hpp"
 
@@ -12,6 +14,24 @@ namespace {
 
 constexpr std::size_t kSlotsPerBin = 4;
 constexpr double kTurnMargin = 1e-12;  // beyond its rounding
+constexpr std::int32_t kDoubtful = -1;
+
+/// Bins of points that lie clear of every edge, else kDoubtful.
+SMOKE_GROUND_MULTIVERSION
+void guessBins(const float* x, const float* y, std::size_t size, float bins, std::uint32_t* bin) {
+  const auto bins_per_radian = static_cast<float>(static_cast<double>(bins) / kTwoPi);
+  // The error of the guess, the rounding of the edges to single precision, and the bins' own.
+  const float margin = (static_cast<float>(kAzimuthError) + 1e-6F) * bins_per_radian + 2e-7F * bins;
+  for (std::size_t i = 0; i < size; ++i) {
+    const float position = azimuthOf(x[i], y[i]) * bins_per_radian;
+    const float inside = position < bins ? position : bins;  // also of no number
+    const auto guess = static_cast<std::int32_t>(inside);
+    const float part = inside - static_cast<float>(guess);
+    const bool is_clear = (part > margin) & (part < 1.0F - margin) & (inside > margin) &
+                          (inside < bins - margin) & (std::fabs(x[i]) + std::fabs(y[i]) > 1e-30F);
+    bin[i] = static_cast<std::uint32_t>(is_clear ? guess : kDoubtful);
+  }
+}
 
 }  // namespace
 
@@ -57,6 +77,16 @@ std::size_t AzimuthBins::index(float x, float y) const {
   std::size_t bin = bin_before_[slotOf(turnOf(u, v) - kTurnMargin)];
   while (bin + 1 < count() && isAtOrAfter(edges_[bin + 1], u, v)) ++bin;
   return bin;
+}
+
+void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
+                          std::uint32_t* index) const {
+  guessBins(x, y, size, static_cast<float>(count()), index);
+  for (std::size_t i = 0; i < size; ++i) {
+    if (index[i] == static_cast<std::uint32_t>(kDoubtful)) {
+      index[i] = static_cast<std::uint32_t>(this->index(x[i], y[i]));
+    }
+  }
 }
 
 }  // namespace smoke_ground_reconstruction

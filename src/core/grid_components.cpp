@@ -15,8 +15,7 @@ constexpr double kMostCells = (1 << 20) - 8;
 
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t size) {
-    parent_.resize(size);
+  explicit DisjointSets(std::size_t size) : parent_(size) {
     std::iota(parent_.begin(), parent_.end(), 0U);
   }
   std::uint32_t find(std::uint32_t a) {
@@ -99,8 +98,7 @@ double leastSquaredDistance(const Box& a, const Box& b) {
 template <typename Key>
 void sortEntries(std::uint32_t largest_key, const Key& key, std::vector<std::uint32_t>* entries) {
   constexpr std::uint32_t kDigits = 1U << 11U;
-  Recycled<std::uint32_t> sorted;
-  sorted.resize(entries->size());
+  Recycled<std::uint32_t> sorted(entries->size());
   for (std::uint32_t shift = 0; shift < 32 && (largest_key >> shift) != 0; shift += 11) {
     std::array<std::uint32_t, kDigits + 1> begin{};
     for (const std::uint32_t e : *entries) ++begin[(key(e) >> shift) % kDigits + 1];
@@ -115,10 +113,8 @@ void sortEntries(std::uint32_t largest_key, const Key& key, std::vector<std::uin
 class CellGrid {
  public:
   CellGrid(const Scan& scan, const std::vector<std::uint32_t>& points, double edge) {
-    Recycled<std::uint32_t> column;
-    Recycled<std::uint32_t> level;
-    column.resize(points.size());
-    level.resize(points.size());
+    Recycled<std::uint32_t> column(points.size());
+    Recycled<std::uint32_t> level(points.size());
     placePoints(scan, points, 1.0 / edge, &column, &level);
     sortPoints(column, level);
     formCells(scan, points, column, level);

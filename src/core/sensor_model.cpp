@@ -13,25 +13,39 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-/// Elevation tangents of the scan's returns, by ring number.
-std::vector<std::vector<double>> tangentsByRing(const ScanView& scan) {
-  std::vector<std::vector<double>> tangents;
-  for (std::size_t i = 0; i < scan.size; ++i) {
-    const float x = scan.x[i];
-    const float y = scan.y[i];
-    const float z = scan.z[i];
-    if (!isReturn(x, y, z) || (x == 0.0F && y == 0.0F)) continue;
-    const std::uint16_t ring = scan.ring[i];
-    if (ring == SensorModel::kNoRank) continue;
-    if (ring >= tangents.size()) tangents.resize(ring + 1U);
-    tangents[ring].push_back(static_cast<double>(z) / planarRange(x, y));
-  }
-  return tangents;
+/// Does a point tell its ring's elevation?
+bool tellsElevation(const ScanView& scan, std::size_t i) {
+  const float x = scan.x[i];
+  const float y = scan.y[i];
+  return isReturn(x, y, scan.z[i]) && (x != 0.0F || y != 0.0F) &&
+         scan.ring[i] != SensorModel::kNoRank;
 }
 
-double lowerMedian(std::vector<double>* values) {
-  const auto middle = values->begin() + static_cast<std::ptrdiff_t>((values->size() - 1) / 2);
-  std::nth_element(values->begin(), middle, values->end());
+/// How many points tell the elevation of each ring.
+void countByRing(const ScanView& scan, std::vector<std::size_t>* points) {
+  for (std::size_t i = 0; i < scan.size; ++i) {
+    if (!tellsElevation(scan, i)) continue;
+    const std::uint16_t ring = scan.ring[i];
+    if (ring >= points->size()) points->resize(ring + 1U);
+    ++(*points)[ring];
+  }
+}
+
+/// Tangents of the elevations of some rings' points, ring by ring from begin[ring] on.
+void sortTangents(const ScanView& scan, const std::vector<std::uint8_t>& is_wanted,
+                  const std::vector<std::size_t>& begin, std::vector<double>* tangents) {
+  Recycled<std::size_t> next;
+  next.assign(begin.begin(), begin.end());
+  for (std::size_t i = 0; i < scan.size; ++i) {
+    if (!tellsElevation(scan, i) || is_wanted[scan.ring[i]] == 0) continue;
+    (*tangents)[next[scan.ring[i]]++] =
+        static_cast<double>(scan.z[i]) / planarRange(scan.x[i], scan.y[i]);
+  }
+}
+
+double lowerMedian(double* values, std::size_t size) {
+  double* const middle = values + (size - 1) / 2;
+  std::nth_element(values, middle, values + size);
   return *middle;
 }
 
@@ -99,15 +113,25 @@ SensorModel SensorModel::fromElevations(const std::vector<double>& elevation_deg
 }
 
 void SensorModel::observe(const ScanView& scan) {
-  auto tangents = tangentsByRing(scan);
-  if (tangents.size() > beams_.size()) beams_.resize(tangents.size());
-  bool changed = false;
-  for (std::size_t ring = 0; ring < tangents.size(); ++ring) {
-    if (tangents[ring].size() <= beams_[ring].points) continue;
-    beams_[ring] = {lowerMedian(&tangents[ring]), tangents[ring].size()};
-    changed = true;
+  Recycled<std::size_t> points;
+  countByRing(scan, &points);
+  if (points.size() > beams_.size()) beams_.resize(points.size());
+  Recycled<std::uint8_t> is_wanted;  // few rings of few scans show more points than ever before
+  Recycled<std::size_t> begin;
+  std::size_t wanted = 0;
+  for (std::size_t ring = 0; ring < points.size(); ++ring) {
+    is_wanted.push_back(points[ring] > beams_[ring].points ? 1 : 0);
+    begin.push_back(wanted);
+    if (is_wanted[ring] != 0) wanted += points[ring];
   }
-  if (changed) orderRings();
+  if (wanted == 0) return;
+  Recycled<double> tangents(wanted);
+  sortTangents(scan, is_wanted, begin, &tangents);
+  for (std::size_t ring = 0; ring < points.size(); ++ring) {
+    if (is_wanted[ring] == 0) continue;
+    beams_[ring] = {lowerMedian(&tangents[begin[ring]], points[ring]), points[ring]};
+  }
+  orderRings();
 }
 
 void SensorModel::orderRings() {

@@ -208,8 +208,7 @@ void WindowCounter::chooseBuckets() {
 
 void WindowCounter::fillBuckets() {
   const Raster raster = rasterOf(rows_, columns_, shells_);
-  Recycled<std::uint32_t> bucket;
-  bucket.resize(scan_.size());
+  Recycled<std::uint32_t> bucket(scan_.size());
   findBuckets(scan_.x.data(), scan_.y.data(), scan_.z.data(), scan_.size(), raster, bucket.data());
   const auto buckets = static_cast<std::size_t>(shells_) * static_cast<std::size_t>(rows_) *
                        static_cast<std::size_t>(columns_);

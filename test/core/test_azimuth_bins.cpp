@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "clouds.hpp"
 #include "smoke_ground_reconstruction/azimuth_bins.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -104,6 +105,27 @@ TEST(AzimuthBins, FindsBinsOfTheFinestWidth) {
   const AzimuthBins bins(0.01);
   for (std::size_t bin = 0; bin < bins.count(); bin += 71) {
     EXPECT_EQ(indexAt(bins, (static_cast<double>(bin) + 0.5) * 0.01, 3.0), bin);
+  }
+}
+
+TEST(AzimuthBins, AnswersManyPointsAsOneByOne) {
+  std::vector<float> x = {0.0F, -0.0F, 0.0F, 1e-45F, 3e-40F, 1e6F, -1e6F, 2.0F, 2.0F, -2.0F};
+  std::vector<float> y = {0.0F, 0.0F, 1e-45F, -1e-45F, 1e-40F, -1e-45F, -0.0F, 0.0F, -0.0F, 1e-30F};
+  Uniform uniform(6);
+  for (int i = 0; i < 40000; ++i) {
+    const double azimuth_deg =
+        i % 2 == 0 ? 0.1 * (i / 2) : uniform(-180.0, 180.0);  // on edges, too
+    const double r = uniform(0.1, 30.0);
+    x.push_back(static_cast<float>(r * std::cos(azimuth_deg * M_PI / 180.0)));
+    y.push_back(static_cast<float>(r * std::sin(azimuth_deg * M_PI / 180.0)));
+  }
+  for (const double width_deg : {0.01, 0.1, 0.4, 10.0, 90.0}) {
+    const AzimuthBins bins(width_deg);
+    std::vector<std::uint32_t> index(x.size());
+    bins.indices(x.data(), y.data(), x.size(), index.data());
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      ASSERT_EQ(index[i], bins.index(x[i], y[i])) << width_deg << " deg, (" << x[i] << ", " << y[i];
+    }
   }
 }
 
