@@ -71,8 +71,9 @@ struct AngleWindow {
   /// Is the angle of the vector (u, v) in the window? A zero vector has no angle: false.
   bool contains(double u, double v) const {
     // The products alone would take the opposite of a window without width for the window itself.
-    return isAtOrAfter(from, u, v) && to.cosine * v <= to.sine * u &&
-           (isAhead(from, u, v) || isAhead(to, u, v));
+    // No branches: loops over pairs of points vectorize.
+    return isAtOrAfter(from, u, v) & (to.cosine * v <= to.sine * u) &
+           (isAhead(from, u, v) | isAhead(to, u, v));
   }
 };
 
