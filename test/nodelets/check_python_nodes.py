@@ -124,6 +124,29 @@ class PythonNodesTest(ChainTestCase):
             client.update_configuration(vars(Params().denoiser))
             client.close()
 
+    def test_room_boundary_takes_the_raw_scan_alone(self):
+        listeners = self.listen("reconstructor/ground_surface", "reconstructor/occupancy")
+        client = dynamic_reconfigure.client.Client(f"{NS}/reconstructor", timeout=30)
+        try:
+            client.update_configuration({"method": "room_boundary"})
+            self.wake(floorless_cloud, *listeners)
+            for node in ("denoiser", "segmenter"):
+                self.diagnostics.wait(node, lambda s: "idle" in s.message, "idle")
+            surface, occupancy = self.ask(floorless_cloud, *listeners)
+            scan = [array[ABOVE] for array in ROOM]
+            params = Params.from_yaml(ROOM_YAML)
+            params.reconstructor.method = "room_boundary"
+            result = Pipeline(params, engine="python").process(*scan)
+            points = structured_points(surface)
+            xyz = np.column_stack([points[name] for name in "xyz"])
+            np.testing.assert_allclose(xyz, result.surface, atol=1e-5)
+            cells = np.array(occupancy.data, np.int8)
+            np.testing.assert_array_equal(cells, result.occupancy.cells.ravel())
+        finally:
+            client.update_configuration({"method": "polar_segments"})
+            client.close()
+        self.wake(room_cloud, *listeners)  # the other nodes work again
+
 
 if __name__ == "__main__":
     rospy.init_node("check_python_nodes")

@@ -56,6 +56,10 @@ class LazyNode(rospy.SubscribeListener):
         """Unsubscribe."""
         raise NotImplementedError
 
+    def inputs_of(self, params):
+        """What :meth:`start_listening` listens to with these parameters; it is called anew where
+        a change of parameters changes this."""
+
     def repair(self, config) -> None:
         """Move what can be moved to the nearest allowed value; what stays wrong is refused."""
 
@@ -122,11 +126,19 @@ class LazyNode(rospy.SubscribeListener):
         params = self._params_class(**{name: config[name] for name in names})
         try:
             params.validate()
-            self.params = params  # a scan in work keeps the set it began with
+            self._take_params(params)
         except ValueError as error:
             rospy.logwarn(f"Kept the parameters as they were: {error}")
             config.update(dataclasses.asdict(self.params))
         return config
+
+    def _take_params(self, params):
+        with self._lock:
+            needs_others = self.inputs_of(params) != self.inputs_of(self.params)
+            self.params = params  # a scan in work keeps the set it began with
+            if self._is_listening and needs_others:
+                self.stop_listening()
+                self.start_listening()
 
     def _report(self):
         updater = diagnostic_updater.Updater()

@@ -1,4 +1,4 @@
-"""The reconstructor as a rospy node: raw scan, ``~ground`` and ``~walls`` of one stamp -> floor."""
+"""The reconstructor as a rospy node: raw scan, and what its method needs besides -> floor."""
 
 import message_filters
 import rospy
@@ -25,9 +25,11 @@ from ..ros_messages import (
     read_cloud,
     surface_message,
 )
-from .lazy_node import BUFFER_SIZE, LazyNode, publish_if_heard
+from .lazy_node import BUFFER_SIZE, LazyNode, publish_if_heard, subscribe
 from .mounting_source import MountingSource
 
+_RAW_ALONE = ("~input",)
+_RAW_GROUND_WALLS = ("~input", "~ground", "~walls")
 _SYNC_QUEUE_SIZE = 40  # raw scans wait here for the stages before: seconds, if those are slow
 
 
@@ -48,8 +50,16 @@ class ReconstructorNode(LazyNode):
         self._markers_pub = self.advertise("~markers", MarkerArray)
         self.start()
 
+    def inputs_of(self, params):
+        """`room_boundary` denoises and segments by itself: the raw scan is all it takes."""
+        return _RAW_ALONE if params.method == "room_boundary" else _RAW_GROUND_WALLS
+
     def start_listening(self):
         """Subscribe to the inputs."""
+        topics = self.inputs_of(self.params)
+        if topics == _RAW_ALONE:
+            self._subscribers = [subscribe("~input", self._on_raw)]
+            return
         self._subscribers = [
             message_filters.Subscriber(
                 topic,
@@ -58,11 +68,11 @@ class ReconstructorNode(LazyNode):
                 buff_size=BUFFER_SIZE,
                 tcp_nodelay=True,
             )
-            for topic in ("~input", "~ground", "~walls")
+            for topic in topics
         ]
         self._subscribers[0].registerCallback(lambda _: self.health.input_arrived())
         synchronizer = message_filters.TimeSynchronizer(self._subscribers, _SYNC_QUEUE_SIZE)
-        synchronizer.registerCallback(self._on_scan)
+        synchronizer.registerCallback(self._on_parts)
 
     def stop_listening(self):
         """Unsubscribe."""
@@ -73,43 +83,46 @@ class ReconstructorNode(LazyNode):
         """Segments must divide the circle."""
         config["segment_angle_deg"] = nearest_divisor_of_360(config["segment_angle_deg"])
 
-    def _on_scan(self, raw, ground, walls):
-        self.handle_scan(raw.header, lambda timing: self._reconstruct(raw, ground, walls, timing))
+    # The inputs tell the method, not the parameters: those may change while a scan is under way.
 
-    def _reconstruct(self, raw, ground, walls, timing):
-        params = self.params
+    def _on_raw(self, raw):
+        self.health.input_arrived()
+        self.handle_scan(raw.header, lambda timing: self._find_room(raw, timing))
+
+    def _on_parts(self, raw, ground, walls):
+        self.handle_scan(raw.header, lambda timing: self._fill_segments(raw, ground, walls, timing))
+
+    def _find_room(self, raw, timing):
+        timing.received(raw)
+        scan, sensor, mounting = self._organise(raw, timing)
+        method = self._rooms.setdefault(raw.header.frame_id, RoomBoundary())
+        room = method.reconstruct(scan, sensor, mounting)
+        timing.finish("reconstruct", len(scan.xyz), len(room.surface))
+        walls = scan.select(room.labels == Label.WALL)
+        self._publish_floor(raw.header, room.surface, walls, mounting, timing)
+        return len(scan.xyz), len(room.surface)
+
+    def _fill_segments(self, raw, ground, walls, timing):
         for cloud, topic in ((raw, "~input"), (ground, "~ground"), (walls, "~walls")):
             timing.received(cloud)
             _check_frame(raw, cloud, topic)
-        scan, ground_view, walls_view = (_view_of(cloud) for cloud in (raw, ground, walls))
-        mounting = self._mounting.at(raw.header, params.sensor_height)
-        sensor = self._observe(raw.header.frame_id, scan)
-        timing.finish("organise", len(scan.xyz), len(scan.xyz))
-
-        if params.method == "room_boundary":
-            rooms = self._rooms.setdefault(raw.header.frame_id, RoomBoundary())
-            room = rooms.reconstruct(scan, sensor, mounting)
-            surface, points_in = room.surface, len(scan.xyz)
-            walls_view = scan.select(room.labels == Label.WALL)
-        else:
-            surface = PolarSegments(params).reconstruct(ground_view, walls_view, sensor, mounting)
-            points_in = len(ground_view.xyz) + len(walls_view.xyz)
+        ground_view, walls_view = _view_of(ground), _view_of(walls)
+        scan, sensor, mounting = self._organise(raw, timing)
+        method = PolarSegments(self.params)
+        surface = method.reconstruct(ground_view, walls_view, sensor, mounting)
+        points_in = len(ground_view.xyz) + len(walls_view.xyz)
         timing.finish("reconstruct", points_in, len(surface))
-
-        self._publish_floor(raw.header, surface, mounting, timing)
-        publish_if_heard(
-            self._occupancy_pub,
-            lambda: occupancy_message(
-                raw.header,
-                rasterize(surface, walls_view, mounting, params.occupancy_resolution),
-                mounting.rotation,
-                mounting.sensor_height,
-            ),
-        )
-        timing.finish("publish", len(surface), len(surface))
+        self._publish_floor(raw.header, surface, walls_view, mounting, timing)
         return len(scan.xyz), len(surface)
 
-    def _publish_floor(self, header, surface, mounting, timing):
+    def _organise(self, raw, timing):
+        scan = _view_of(raw)
+        mounting = self._mounting.at(raw.header, self.params.sensor_height)
+        sensor = self._observe(raw.header.frame_id, scan)
+        timing.finish("organise", len(scan.xyz), len(scan.xyz))
+        return scan, sensor, mounting
+
+    def _publish_floor(self, header, surface, walls, mounting, timing):
         outline = (header, surface.boundary, surface.boundary_kind)
         arrays = (surface.xyz, surface.intensity, surface.ring, surface.provenance)
         timing.published(
@@ -120,6 +133,17 @@ class ReconstructorNode(LazyNode):
         publish_if_heard(self._boundary_pub, lambda: boundary_message(*outline))
         publish_if_heard(self._polygon_pub, lambda: polygon_message(*outline[:2]))
         publish_if_heard(self._markers_pub, lambda: marker_message(*outline, mounting))
+        resolution = self.params.occupancy_resolution
+        publish_if_heard(
+            self._occupancy_pub,
+            lambda: occupancy_message(
+                header,
+                rasterize(surface, walls, mounting, resolution),
+                mounting.rotation,
+                mounting.sensor_height,
+            ),
+        )
+        timing.finish("publish", len(surface), len(surface))
 
     def _observe(self, frame_id, scan):
         if frame_id not in self._sensors:
