@@ -1,6 +1,7 @@
 """The commands `evaluate` and `figures` on the basic room."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,10 +10,12 @@ from evaluation_truths import points_of_cells
 
 pytest.importorskip("smoke_ground_reconstruction._core", reason="the package is not built")
 
-from smoke_ground_reconstruction import cli
+from smoke_ground_reconstruction import cli, simulation
 from smoke_ground_reconstruction.evaluation import runner, world
-from smoke_ground_reconstruction.io import npz
+from smoke_ground_reconstruction.evaluation.yardstick import level_rotation
+from smoke_ground_reconstruction.io import files, npz
 from smoke_ground_reconstruction.io.clouds import Floor
+from smoke_ground_reconstruction.simulation.scan import pose_matrix
 
 ROOM = ("basic_room", "qt128", "position_5")
 
@@ -33,6 +36,11 @@ def error_line(capsys, *arguments):
         (["evaluate", "magic"], "unknown method 'magic' (known: raw_cloud"),
         (["evaluate", "--seeds", "0"], "--seeds must be at least 1, not 0"),
         (["evaluate", "--result", "x.npz"], "--result needs one --scenes SCENE"),
+        (
+            ["evaluate", "--result", "x.npz", "--scenes", "ramp", "--truth", "t.npz"]
+            + ["--levels", "heavy"],
+            "--truth tells pose and smoke",
+        ),
         (
             ["evaluate", "--result", "x.npz", "--scenes", "basic_room", "--levels", "clear"]
             + ["--pose", "roof"],
@@ -77,16 +85,20 @@ def test_list_names_methods_scenes_and_levels(capsys):
 def write_true_floor(path, cell, shift):
     truth = world.truth(*ROOM, cell, "clear")
     xyz = points_of_cells(truth, truth.visible_floor) + [shift, 0, 0]
+    npz.write_floor(str(path), floor_of(xyz))
+    return truth
+
+
+def floor_of(xyz, stamp_ns=0):
     count = len(xyz)
-    floor = Floor(
+    return Floor(
         xyz=xyz.astype(np.float32),
         ring=np.zeros(count, np.uint16),
         provenance=np.zeros(count, np.uint8),
         confidence=np.ones(count, np.float32),
         intensity=np.zeros(count, np.float32),
+        stamp_ns=stamp_ns,
     )
-    npz.write_floor(str(path), floor)
-    return truth
 
 
 def scores_of(path):
@@ -118,12 +130,62 @@ def test_shifted_floor_in_a_file_scores_what_the_shift_takes(tmp_path):
     assert expected < 0.96
 
 
+def test_floors_of_a_drive_are_scored_where_they_were_seen(capsys, tmp_path):
+    """True floors at two places of the basic room, the second one turned by 90 deg and tilted."""
+    poses = [world._pose_of(np.eye(4), 0.7)]
+    poses = [replace(poses[0], at=(2.0, 2.0)), replace(poses[0], at=(4.0, 3.0), yaw_deg=90.0)]
+    poses[1] = replace(poses[1], pitch_deg=2.0, roll_deg=-1.0)
+    scene = simulation.load_scene("basic_room")
+    matrices = [pose_matrix(scene, pose) for pose in poses]
+    path, truth = tmp_path / "floors.bag", tmp_path / "truth.npz"
+    floors = [true_floor_at(matrix, stamp) for stamp, matrix in enumerate(matrices, 10**18)]
+    files.write_floors(str(path), floors)
+    stamps = [floor.stamp_ns for floor in floors]
+    same = {"sensor_height": [0.7, 0.7], "extinction": [0.0, 0.3]}
+    np.savez(truth, stamp_ns=stamps, pose=matrices, **same)
+    arguments = ["evaluate", "--result", str(path), "--scenes", "basic_room"]
+    arguments += ["--output", str(tmp_path / "scores")]
+    assert cli.main([*arguments, "--truth", str(truth)]) == 0
+    found = json.loads((tmp_path / "scores/results.json").read_text(encoding="utf-8"))
+    assert [floor["0.1"]["iou"] for floor in found["floors"]] == [1.0, 1.0]
+    assert max(floor["0.1"]["height"]["mean_abs"] for floor in found["floors"]) < 1e-6
+    capsys.readouterr()
+    np.savez(truth, stamp_ns=[5], pose=matrices[:1], sensor_height=[0.7], extinction=[0.0])
+    assert "no scan of stamp 1000000000000000000 ns" in error_line(
+        capsys, *arguments, "--truth", str(truth)
+    )
+
+
+def true_floor_at(matrix, stamp):
+    truth = world.truth_at("basic_room", "qt128", matrix, 0.7, 0.0, 0.1)
+    level = points_of_cells(truth, truth.visible_floor)
+    return floor_of(level @ level_rotation(matrix), stamp)
+
+
 def test_figure_is_drawn_with_its_numbers(capsys, tmp_path):
     path = tmp_path / "figure.png"
     assert cli.main(["figures", "5.6", str(path)]) == 0
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["Point cloud without smoke"]["recall"] > 0.9
     assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_page_sets_a_pipeline_beside_the_thesis(capsys, tmp_path):
+    """Rows of the printed tables stand under ours, with the numbers the thesis prints."""
+    arguments = ["polar_segments", "--scenes", "basic_room", "--seeds", "1", "--levels", "heavy"]
+    arguments += ["--processes", "1", "--output", str(tmp_path)]
+    assert cli.main(["evaluate", *arguments]) == 0
+    shown = capsys.readouterr().out
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    for title in ("Thesis Table 5.1", "Thesis Section 5.2.2", "Thesis Table 5.2"):
+        assert title in shown
+        assert title in page
+    printed = next(line for line in shown.splitlines() if line.startswith("Reconstructed"))
+    rows = [line.split() for line in shown.splitlines() if "printed " in line and "0.84" in line]
+    assert "ours" in printed
+    assert rows[0][-5:] == ["0.97", "0.86", "0.86", "0.91", "0.84"]
+    for figure in ("5.2", "5.5", "5.6", "5.7"):
+        assert f"As Figure {figure} of the thesis: polar_segments" in page
 
 
 def test_evaluation_writes_numbers_and_a_page(capsys, tmp_path):

@@ -44,9 +44,14 @@ def _add_evaluate(subparsers):
         "--result",
         metavar="FILE",
         help="score the floors in this .bag, .npz or .pcd instead of running methods; the scene,"
-        " level and pose it was made in must be given",
+        " level and pose it was made in must be given; the sensor stood still, or see --truth",
     )
     parser.add_argument("--pose", help="pose of --result; default: the scene's main pose")
+    parser.add_argument(
+        "--truth",
+        metavar="FILE",
+        help="poses and smoke of --result's scans, as `simulate --truth` wrote them for a drive",
+    )
     parser.add_argument(
         "--overlay",
         nargs="+",
@@ -209,13 +214,9 @@ def _evaluate_result(arguments):
     from smoke_ground_reconstruction.evaluation import results, world
     from smoke_ground_reconstruction.evaluation.result_file import ResultFile
 
-    if len(arguments.scenes or ()) != 1 or len(arguments.levels or ()) != 1:
-        raise CommandError("--result needs one --scenes SCENE and one --levels LEVEL")
-    scene, level = arguments.scenes[0], arguments.levels[0]
-    _require_known("scene", [scene], world.scenes())
-    _require_known("level", [level], world.LEVELS)
-    pose = arguments.pose or world.poses(scene, "main")[0]
-    found = ResultFile(arguments.result, scene, arguments.sensor, pose, level)
+    places = _places(arguments, world)
+    bar = lambda floors, number: progress(floors, number, "floor")  # noqa: E731
+    found = ResultFile(arguments.result, places, bar)
     folder = Path(arguments.output)
     folder.mkdir(parents=True, exist_ok=True)
     results.write_json(found.to_dict(), folder / "results.json")
@@ -223,6 +224,25 @@ def _evaluate_result(arguments):
     print(found.table().text())
     note(f"wrote {folder / 'results.json'} and {folder / 'report.html'}")
     return 0
+
+
+def _places(arguments, world):
+    """Where the scans of --result were made."""
+    from smoke_ground_reconstruction.evaluation.result_file import AtRest, Driven
+
+    if len(arguments.scenes or ()) != 1:
+        raise CommandError("--result needs one --scenes SCENE, and one --levels LEVEL or --truth")
+    scene = arguments.scenes[0]
+    _require_known("scene", [scene], world.scenes())
+    if arguments.truth:
+        if arguments.pose or arguments.levels:
+            raise CommandError("--truth tells pose and smoke: leave out --pose and --levels")
+        return Driven(scene, arguments.sensor, arguments.truth)
+    if len(arguments.levels or ()) != 1:
+        raise CommandError("--result needs one --levels LEVEL, or --truth FILE of a drive")
+    _require_known("level", arguments.levels, world.LEVELS)
+    pose = arguments.pose or world.poses(scene, "main")[0]
+    return AtRest(scene, arguments.sensor, pose, arguments.levels[0])
 
 
 def _evaluate_overlay(arguments):

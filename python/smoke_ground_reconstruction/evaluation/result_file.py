@@ -5,35 +5,101 @@ import numpy as np
 from smoke_ground_reconstruction.evaluation import drawing, report, tables, world
 from smoke_ground_reconstruction.evaluation.methods import method
 from smoke_ground_reconstruction.evaluation.summary import statistics
-from smoke_ground_reconstruction.evaluation.yardstick import CELL_SIZES, score_floor
+from smoke_ground_reconstruction.evaluation.yardstick import CELL_SIZES, score_floor, to_level
+
+
+class AtRest:
+    """Where the floors of a file were seen: at one pose of a scene, by name.
+
+    The knowable floor is that of the smoke's pattern of seed 0.
+    """
+
+    def __init__(self, scene, sensor, pose, level):
+        self.names = {"scene": scene, "sensor": sensor, "pose": pose, "level": level}
+        self._scan = world.scan(scene, sensor, pose, level, 0)
+        self._truths = {cell: world.truth(scene, sensor, pose, cell, level) for cell in CELL_SIZES}
+
+    def of(self, stamp_ns):
+        """T_world_sensor (4, 4), and FloorTruth by edge of the cells, whatever the stamp."""
+        return self._scan.T_world_sensor, self._truths
+
+    def raw_cloud(self):
+        """The floor points of one scan there, (N, 3) in the sensor frame [m]."""
+        return method("raw_cloud").run(self._scan).surface
+
+
+class Driven:
+    """Where the floors of a file were seen: along the way of a simulated bag.
+
+    Args:
+        scene, sensor: by name.
+        path: of the .npz that `simulate --truth` wrote beside the bag.
+
+    Raises:
+        ValueError: the file is another kind of file.
+    """
+
+    def __init__(self, scene, sensor, path):
+        with np.load(path) as stored:
+            missing = {"stamp_ns", "pose", "sensor_height", "extinction"} - set(stored.files)
+            if missing:
+                raise ValueError(f"{path}: lacks {', '.join(sorted(missing))}: not by --truth")
+            self._places = {
+                int(stamp): (pose, float(height), float(extinction))
+                for stamp, pose, height, extinction in zip(
+                    *(stored[name] for name in ("stamp_ns", "pose", "sensor_height", "extinction"))
+                )
+            }
+        self.names = {"scene": scene, "sensor": sensor, "pose": "along the way", "level": "driven"}
+        self._path = path
+
+    def of(self, stamp_ns):
+        """T_world_sensor (4, 4), and FloorTruth by edge of the cells, of one scan.
+
+        Raises:
+            ValueError: the bag of the truth has no scan of that stamp.
+        """
+        if stamp_ns not in self._places:
+            raise ValueError(f"{self._path}: no scan of stamp {stamp_ns} ns, which a floor has")
+        matrix, height, extinction = self._places[stamp_ns]
+        names = self.names["scene"], self.names["sensor"]
+        truths = {
+            cell: world.truth_at(*names, matrix, height, extinction, cell) for cell in CELL_SIZES
+        }
+        return matrix, truths
+
+    def raw_cloud(self):
+        """None: a scan there is not simulated again."""
+        return None
 
 
 class ResultFile:
-    """The floors of a .bag, .npz or .pcd and the scene they were made in.
+    """The floors of a .bag, .npz or .pcd and the places where their scans were made.
 
     Args:
         path: of the file.
-        scene, sensor, pose, level: where its scans were made, by name; the pose is at rest. The
-            knowable floor is that of the smoke's pattern of seed 0.
+        places: AtRest or Driven.
+        progress: wraps the iterator over floors; gets their number, too.
 
     Raises:
-        ValueError: the file holds no floor, or a name is unknown.
+        ValueError: the file holds no floor, or places has none for it.
     """
 
-    def __init__(self, path, scene, sensor, pose, level):
+    def __init__(self, path, places, progress=lambda floors, number: floors):
         from smoke_ground_reconstruction.io import files
 
-        self.names = {"scene": scene, "sensor": sensor, "pose": pose, "level": level}
-        self.path = path
-        self._scan = world.scan(scene, sensor, pose, level, 0)
-        self._truths = {cell: world.truth(scene, sensor, pose, cell, level) for cell in CELL_SIZES}
-        self.scores = [self._score(floor.xyz) for floor in files.open_floors(path)]
+        self.names, self.path, self._places = places.names, path, places
+        floors = files.open_floors(path)
+        self.scores = [
+            self._score(floor.xyz, floor.stamp_ns) for floor in progress(floors, len(floors))
+        ]
         if not self.scores:
             raise ValueError(f"{path}: no floor in it")
 
-    def _score(self, xyz):
-        level = self._scan.to_level(xyz)
-        return {f"{cell:g}": score_floor(level, truth) for cell, truth in self._truths.items()}
+    def _score(self, xyz, stamp_ns=None):
+        matrix, truths = self._places.of(stamp_ns)
+        level = to_level(xyz, matrix)
+        return {f"{cell:g}": score_floor(level, truth) for cell, truth in truths.items()}
 
     def to_dict(self):
         """Scene by names, and the scores of every floor by edge of the cells."""
@@ -43,15 +109,12 @@ class ResultFile:
         return dict(self.names, file=str(self.path), floors=floors)
 
     def table(self):
-        """Mean and worst floor beside the raw cloud of one scan: a tables.Table."""
-        raw = {
-            cell: score.to_dict()
-            for cell, score in self._score(method("raw_cloud").run(self._scan).surface).items()
-        }
-        rows = [
-            self._row("raw cloud", [raw]),
-            self._row(str(self.path), self.to_dict()["floors"]),
-        ]
+        """Mean and worst floor, at rest beside the raw cloud of one scan: a tables.Table."""
+        rows = [self._row(str(self.path), self.to_dict()["floors"])]
+        raw = self._places.raw_cloud()
+        if raw is not None:
+            scores = {cell: score.to_dict() for cell, score in self._score(raw).items()}
+            rows.insert(0, self._row("raw cloud", [scores]))
         cells = [f"{cell:g}" for cell in CELL_SIZES]
         return tables.floor_table("Floor of the file", rows, cells)
 

@@ -3,6 +3,8 @@
 import math
 from functools import lru_cache
 
+import numpy as np
+
 from smoke_ground_reconstruction import simulation
 from smoke_ground_reconstruction.evaluation.scan_input import ScanInput
 from smoke_ground_reconstruction.simulation.files import config_directory  # noqa: F401
@@ -59,6 +61,29 @@ def scan(scene, sensor, pose, level, seed):
 def truth(scene, sensor, pose, cell, level, seed=0):
     """The FloorTruth that belongs to a scan, in cells of an edge [m]."""
     return simulation.level_truth(scene, sensor, pose, level, seed, cell)
+
+
+def truth_at(scene, sensor, matrix, height, extinction, cell):
+    """The FloorTruth around a place on a scene's floor.
+
+    Args:
+        scene, sensor: by name.
+        matrix: (4, 4) T_world_sensor.
+        height: of the sensor above the floor under it [m].
+        extinction: mean, of the scene's smoke in the pattern of seed 0 [1/m].
+        cell: edge of the cells [m].
+    """
+    room = _scene(scene)
+    smoke = simulation.Smoke.of_scene(room, mean_extinction=extinction) if extinction > 0 else None
+    return simulation.floor_truth(room, _sensor(sensor), _pose_of(matrix, height), cell, smoke)
+
+
+def _pose_of(matrix, height):
+    """The Pose of a T_world_sensor."""
+    R = np.asarray(matrix, dtype=np.float64)[:3, :3]
+    angles = np.arctan2(R[1, 0], R[0, 0]), -np.arcsin(R[2, 0]), np.arctan2(R[2, 1], R[2, 2])
+    at = float(matrix[0][3]), float(matrix[1][3])
+    return simulation.Pose("on the way", at, height, *(float(a) for a in np.degrees(angles)))
 
 
 def calibration(scene, sensor, pose, level):
