@@ -40,8 +40,8 @@ class NeighborCounter {
 
   /// Those of some valid points, in their order, that are in no crowd. Engines override it where
   /// many points together are answered sooner than one by one.
-  virtual std::vector<std::uint32_t> outsiders(const std::vector<std::uint32_t>& points,
-                                               const Crowd& crowd) const;
+  virtual void findOutsiders(const std::vector<std::uint32_t>& points, const Crowd& crowd,
+                             std::vector<std::uint32_t>* outsiders) const;
 
  protected:
   /// Square [m^2] of a radius proportional to a point's range, in the one order of operations that

@@ -31,8 +31,8 @@ class WindowCounter : public NeighborCounter {
   std::size_t count(std::size_t index, double squared_radius, std::size_t limit) const override;
   bool isBetween(std::size_t index, double squared_radius, std::size_t more_than,
                  std::size_t at_most) const override;
-  std::vector<std::uint32_t> outsiders(const std::vector<std::uint32_t>& points,
-                                       const Crowd& crowd) const override;
+  void findOutsiders(const std::vector<std::uint32_t>& points, const Crowd& crowd,
+                     std::vector<std::uint32_t>* outsiders) const override;
 
  private:
   struct Spot;

@@ -57,9 +57,9 @@ std::vector<Label> AgdorFilter::classify(const Scan& scan) const {
                        params_.max_neighbors == 0
                            ? std::numeric_limits<std::size_t>::max()
                            : static_cast<std::size_t>(params_.max_neighbors)};
-  for (const std::uint32_t i : make_counter_(scan)->outsiders(low, crowd)) {
-    labels[i] = Label::kNoise;
-  }
+  Recycled<std::uint32_t> lonely;
+  make_counter_(scan)->findOutsiders(low, crowd, &lonely);
+  for (const std::uint32_t i : lonely) labels[i] = Label::kNoise;
   return labels;
 }
 

@@ -9,14 +9,13 @@ double NeighborCounter::squaredRadius(std::size_t index, double radius_per_range
   return radius * radius;
 }
 
-std::vector<std::uint32_t> NeighborCounter::outsiders(const std::vector<std::uint32_t>& points,
-                                                      const Crowd& crowd) const {
-  std::vector<std::uint32_t> found;
+void NeighborCounter::findOutsiders(const std::vector<std::uint32_t>& points, const Crowd& crowd,
+                                    std::vector<std::uint32_t>* outsiders) const {
+  outsiders->clear();
   for (const std::uint32_t i : points) {
-    const double squared_radius = squaredRadius(i, crowd.radius_per_range);
-    if (!isBetween(i, squared_radius, crowd.more_than, crowd.at_most)) found.push_back(i);
+    const double r2 = squaredRadius(i, crowd.radius_per_range);
+    if (!isBetween(i, r2, crowd.more_than, crowd.at_most)) outsiders->push_back(i);
   }
-  return found;
 }
 
 }  // namespace smoke_ground_reconstruction

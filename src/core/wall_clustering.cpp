@@ -10,8 +10,8 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-std::vector<std::uint32_t> wallPoints(const Scan& scan, const std::vector<Label>& labels) {
-  std::vector<std::uint32_t> walls;
+Recycled<std::uint32_t> wallPoints(const Scan& scan, const std::vector<Label>& labels) {
+  Recycled<std::uint32_t> walls;
   for (std::uint32_t i = 0; i < labels.size(); ++i) {
     if (labels[i] == Label::kWall && scan.valid[i] != 0) walls.push_back(i);
   }
@@ -55,13 +55,15 @@ std::vector<std::uint32_t> WallClustering::cluster(const Scan& scan,
   const auto component = find_components_(params_, scan, points);
 
   const std::size_t component_count = *std::max_element(component.begin(), component.end()) + 1U;
-  std::vector<std::size_t> size(component_count, 0);
+  Recycled<std::size_t> size;
+  size.assign(component_count, 0);
   for (const std::uint32_t c : component) ++size[c];
   const auto least = static_cast<std::size_t>(params_.min_cluster_size);
   const auto most = params_.max_cluster_size == 0
                         ? scan.size()
                         : static_cast<std::size_t>(params_.max_cluster_size);
-  std::vector<std::uint32_t> number(component_count, kNoCluster);
+  Recycled<std::uint32_t> number;
+  number.assign(component_count, kNoCluster);
   std::uint32_t next = 0;
   for (std::size_t k = 0; k < points.size(); ++k) {  // ascending indices: numbers by smallest index
     const std::uint32_t c = component[k];

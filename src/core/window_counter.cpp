@@ -383,11 +383,11 @@ bool WindowCounter::isBetween(std::size_t index, double squared_radius, std::siz
   return neighbors > more_than && neighbors <= at_most;
 }
 
-std::vector<std::uint32_t> WindowCounter::outsiders(const std::vector<std::uint32_t>& points,
-                                                    const Crowd& crowd) const {
+void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, const Crowd& crowd,
+                                  std::vector<std::uint32_t>* outsiders) const {
+  outsiders->clear();
   Recycled<std::int32_t> at_least;
   countAlongRows(crowd, &at_least);
-  std::vector<std::uint32_t> found;
   Recycled<Run> runs;
   for (const std::uint32_t i : points) {
     if (!at_least.empty() && static_cast<std::size_t>(at_least[place_[i]]) > crowd.more_than) {
@@ -398,9 +398,8 @@ std::vector<std::uint32_t> WindowCounter::outsiders(const std::vector<std::uint3
       collectRuns(i, crowd.radius_per_range, &runs);
       if (isBetween(i, squared_radius, crowd.more_than, crowd.at_most, runs)) continue;
     }
-    found.push_back(i);
+    outsiders->push_back(i);
   }
-  return found;
 }
 
 /// A lower bound of each place's neighbours, where that can settle the question: empty where not.

@@ -60,8 +60,11 @@ void expectExactOutsiders(const Cloud& cloud, double k) {
       if (neighbors <= more_than || neighbors > at_most) truth.push_back(i);
     }
     const Crowd crowd = {k, more_than, at_most};
-    ASSERT_EQ(WindowCounter(scan, k).outsiders(points, crowd), truth) << "more than " << more_than;
-    ASSERT_EQ(WindowCounter(scan, 0.3 * k).outsiders(points, crowd), truth);
+    for (const double built : {k, 0.3 * k}) {
+      std::vector<std::uint32_t> found;
+      WindowCounter(scan, built).findOutsiders(points, crowd, &found);
+      ASSERT_EQ(found, truth) << "more than " << more_than << ", built for " << built;
+    }
   }
 }
 
