@@ -30,6 +30,7 @@ class Output:
         kept: (N,) bool, points that survive denoising.
         labels: (N,) uint8 of reference.label.Label.
         provenance: (M,) uint8 of the surface points.
+        confidence: (M,) float32 of the surface points, from 0 to 1.
         sigma: (M,) standard deviation of the surface points' heights [m].
         floor_plane: (3,) a, b, c of z = a x + b y + c in the sensor frame.
         times: milliseconds by stage.
@@ -39,6 +40,7 @@ class Output:
     kept: Optional[np.ndarray] = None
     labels: Optional[np.ndarray] = None
     provenance: Optional[np.ndarray] = None
+    confidence: Optional[np.ndarray] = None
     sigma: Optional[np.ndarray] = None
     floor_plane: Optional[np.ndarray] = None
     times: Dict[str, float] = field(default_factory=dict)
@@ -139,6 +141,7 @@ def _pipeline(load_params):
             kept=~removed,
             labels=result.labels,
             provenance=result.provenance,
+            confidence=result.confidence,
             sigma=getattr(result, "sigma", None),
             floor_plane=result.floor_plane,
             times=dict(result.times),

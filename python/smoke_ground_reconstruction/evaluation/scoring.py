@@ -1,5 +1,6 @@
 """All scores of one method on one scan, as plain numbers."""
 
+from smoke_ground_reconstruction.evaluation.calibration import reliability
 from smoke_ground_reconstruction.evaluation.point_scores import denoising_score, segmentation_score
 from smoke_ground_reconstruction.evaluation.world import Truth
 from smoke_ground_reconstruction.evaluation.yardstick import score_floor
@@ -15,8 +16,9 @@ def score_output(output, scan, truths):
         truths: FloorTruth by edge of its cells [m].
 
     Returns:
-        A dict with those of "floor" (by edge of the cells, as text), "denoising", "ground" and
-        "walls" that the output speaks of, and "times" in milliseconds by stage.
+        A dict with those of "floor" and "calibration" (by edge of the cells, as text),
+        "denoising", "ground" and "walls" that the output speaks of, and "times" in milliseconds by
+        stage.
     """
     scores = {"times": {name: float(value) for name, value in output.times.items()}}
     if output.surface is not None:
@@ -24,6 +26,11 @@ def score_output(output, scan, truths):
         scores["floor"] = {
             f"{cell:g}": score_floor(level, truth).to_dict() for cell, truth in truths.items()
         }
+        if output.confidence is not None:
+            scores["calibration"] = {
+                f"{cell:g}": reliability(level, output.confidence, truth).to_dict()
+                for cell, truth in truths.items()
+            }
     if output.kept is not None:
         scores["denoising"] = _denoising(output.kept, scan)
     if output.labels is not None:

@@ -7,6 +7,8 @@ from typing import Callable, Tuple
 
 import numpy as np
 
+from smoke_ground_reconstruction.evaluation.calibration import pooled
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -83,6 +85,11 @@ def statistics(records, cells):
                 "scans": len(values),
             }
     result["milliseconds"] = _times(records)
+    for cell in cells:
+        path = ("calibration", cell)
+        found = pooled(filter(None, (lookup(record["scores"], path) for record in records)))
+        if found is not None:
+            result[f"calibration@{cell}"] = found.summary()
     return result
 
 
