@@ -1,4 +1,4 @@
-"""`smoke_ground evaluate`, `figures` and `tune`: the thesis's experiments on any method."""
+"""`smoke_ground evaluate`, `figures`, `tune`, `calibrate`: experiments on any method."""
 
 import json
 import warnings
@@ -16,6 +16,7 @@ def add_parser(subparsers):
     _add_evaluate(subparsers)
     _add_figures(subparsers)
     _add_tune(subparsers)
+    _add_calibrate(subparsers)
 
 
 def _add_evaluate(subparsers):
@@ -69,7 +70,7 @@ def _add_figures(subparsers):
         description="Draws one figure of the thesis on simulated rooms and prints the numbers"
         " behind it as JSON.",
     )
-    parser.add_argument("figure", metavar="FIGURE", help="number in the thesis, or 'agdor'")
+    parser.add_argument("figure", metavar="FIGURE", help="number in the thesis, or a name")
     parser.add_argument("output", metavar="OUT.png")
     parser.add_argument("--method", default="polar_segments", help="that reconstructs the floor")
     parser.add_argument("--sensor", default=SENSOR)
@@ -87,6 +88,30 @@ def _add_tune(subparsers):
     parser.add_argument("output", metavar="OUT.yaml")
     parser.add_argument("--processes", type=int, default=2)
     parser.set_defaults(run=run_tune)
+
+
+def _add_calibrate(subparsers):
+    parser = subparsers.add_parser(
+        "calibrate",
+        help="fit room_boundary's confidence on simulated rooms",
+        description="Fits the weights of room_boundary's confidence on seeds that no evaluation"
+        " uses; this made config/confidence.yaml.",
+    )
+    parser.add_argument("output", metavar="OUT.yaml")
+    parser.add_argument("--seeds", type=int, default=3, help="scans a scene and level")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.set_defaults(run=run_calibrate)
+
+
+def run_calibrate(arguments):
+    """Fit the confidence. Returns the exit code."""
+    from smoke_ground_reconstruction.evaluation import confidence_fit
+
+    show = lambda items, count: progress(items, count, "scan")  # noqa: E731
+    weights, cells, wrong = confidence_fit.fit(arguments.seeds, arguments.processes, show)
+    confidence_fit.write(Path(arguments.output), weights, cells, wrong, arguments.seeds)
+    note(f"wrote {arguments.output}: {cells} cells, {wrong} of them wrong")
+    return 0
 
 
 def run_tune(arguments):

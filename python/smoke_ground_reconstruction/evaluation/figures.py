@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap, to_rgba
 
 from smoke_ground_reconstruction.evaluation import (
+    certainty,
     denoising_curves,
     drawing,
     thesis_table,
@@ -446,4 +447,6 @@ FIGURES = {
     "5.6": figure_5_6,
     "5.7": figure_5_7,
     "agdor": figure_agdor,
+    "calibration": certainty.figure_calibration,
+    "visibility": certainty.figure_visibility,
 }

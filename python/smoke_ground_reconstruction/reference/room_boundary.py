@@ -12,7 +12,15 @@ import numpy as np
 
 from .azimuth_bins import AzimuthBins
 from .drop_offs import DropOffs
-from .floor_completion import COLUMN_DEG, claim_floor, draw_floor, merge, outline_of
+from .floor_completion import (
+    COLUMN_DEG,
+    DrawnFloor,
+    FloorClaim,
+    claim_floor,
+    draw_floor,
+    merge,
+    outline_of,
+)
 from .floor_model import FloorModel, FloorSource, fit_floor
 from .floor_surface import FloorSurface
 from .label import Label
@@ -43,6 +51,10 @@ class RoomBoundaryResult:
     limit : (columns,) float64
         How far floor is claimed in each column [m].
     visibility : Visibility
+    room : Room
+    claim : FloorClaim
+    drawn : DrawnFloor
+        What the surface was made from, in the upright frame.
     """
 
     surface: FloorSurface
@@ -52,6 +64,9 @@ class RoomBoundaryResult:
     drops: DropOffs
     limit: np.ndarray
     visibility: Visibility
+    room: Room
+    claim: FloorClaim
+    drawn: DrawnFloor
 
 
 class RoomBoundary:
@@ -88,7 +103,16 @@ class RoomBoundary:
         labels[valid] = _labels(room, claim.measured)
         visibility = room.visibility(self._visibility)
         return RoomBoundaryResult(
-            surface, labels, floor, room.profile, room.drops, claim.limit, visibility
+            surface,
+            labels,
+            floor,
+            room.profile,
+            room.drops,
+            claim.limit,
+            visibility,
+            room,
+            claim,
+            drawn,
         )
 
     def _look(self, xyz, intensity, floor):

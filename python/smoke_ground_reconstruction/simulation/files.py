@@ -2,18 +2,8 @@
 
 from pathlib import Path
 
+from ..config_files import config_directory
 from .errors import SceneError
-
-_PACKAGE = "smoke_ground_reconstruction"
-
-
-def config_directory():
-    """The package's `config` folder, in a checkout or in the install space."""
-    for parent in Path(__file__).resolve().parents:
-        for candidate in (parent / "config", parent / "share" / _PACKAGE / "config"):
-            if (candidate / "scenes").is_dir():
-                return candidate
-    raise SceneError(f"{_PACKAGE}: no config/scenes folder beside or above {__file__}")
 
 
 def resolve(name, folder, what):
