@@ -11,6 +11,7 @@ from typing import Callable, Dict, Optional
 
 import numpy as np
 
+from smoke_ground_reconstruction.evaluation import ablation
 from smoke_ground_reconstruction.evaluation.baselines import denoisers, ground
 from smoke_ground_reconstruction.evaluation.baselines.native import native
 from smoke_ground_reconstruction.evaluation.world import Truth, config_directory
@@ -52,7 +53,7 @@ class Method:
 
     Attributes:
         name: as the command line takes it.
-        kind: "reference", "pipeline", "ground" or "denoiser".
+        kind: "reference", "pipeline", "ablation", "ground" or "denoiser".
         about: one line for the report.
         function: (ScanInput, denoise) to Output; denoise is false where another denoiser has
             already been at work and a pipeline must leave out its own.
@@ -120,8 +121,9 @@ def _params_class():
     return Params
 
 
-def _pipeline(load_params):
-    """The pipeline with the Params that load_params gives; the engine that has their method."""
+def _pipeline(load_params, engine=None):
+    """The pipeline with the Params that load_params gives; by default on the engine that has their
+    method."""
 
     def run(scan, denoise):
         from smoke_ground_reconstruction.pipeline import Pipeline
@@ -131,8 +133,8 @@ def _pipeline(load_params):
             params.denoiser.intensity_threshold = 0.0  # nothing is a candidate
         # A pipeline may learn from scan to scan. Each scan gets a fresh one, so that no score
         # depends on the order of work.
-        engine = "python" if params.reconstructor.method == "room_boundary" else "cpp"
-        result = Pipeline(params, engine, elevation_deg=scan.elevation_deg).process(
+        chosen = "python" if params.reconstructor.method == "room_boundary" else "cpp"
+        result = Pipeline(params, engine or chosen, elevation_deg=scan.elevation_deg).process(
             scan.xyz, scan.intensity, scan.ring, sensor_height=scan.sensor_height
         )
         removed = (result.labels == Label.NOISE) | (result.labels == Label.INVALID)
@@ -170,6 +172,17 @@ def _raw_cloud(scan, denoise):
 def _raw_cloud_band(scan, denoise):
     height = scan.xyz[:, 2].astype(np.float64) + scan.sensor_height
     return Output(surface=scan.xyz[np.abs(height) <= HEIGHT_BAND])
+
+
+def _ablation(name):
+    about, _ = ablation.WITHOUT[name]
+    whole = _pipeline(lambda: _params_class().from_dict(_ROOM_BOUNDARY), engine="python")
+
+    def run(scan, denoise):
+        with ablation.without(name):
+            return whole(scan, denoise)
+
+    return Method(ablation.PREFIX + name, "ablation", f"room_boundary, but {about}", run)
 
 
 def _timed(function, *arguments):
@@ -243,6 +256,7 @@ METHODS = {
             "The room's boundary per column, in the Python reference",
             _pipeline(lambda: _params_class().from_dict(_ROOM_BOUNDARY)),
         ),
+        *(_ablation(name) for name in ablation.WITHOUT),
         Method(
             "channel",
             "ground",
