@@ -18,6 +18,7 @@ COMMANDS = (
     "commands.replay",
     "commands.convert",
     "commands.params",
+    "commands.benchmark",
     "simulation.command",
     "evaluation.command",
 )
