@@ -39,7 +39,7 @@ struct WallLight {
 /// tells how much of that is left. Before, only the slope of the logarithm against range tells
 /// alpha, and patches of smoke tilt it. Thick smoke shows a wall through its thin places only: the
 /// mean of what is seen lies above the mean of all by as much as a normal distribution (of the
-/// logarithm) cut off at the detection limit. Not in the thesis. Use one per sensor. O(n log n).
+/// logarithm) cut off at the detection limit. Not in the thesis. Use one per sensor. O(n).
 class VisibilityEstimator {
  public:
   Visibility estimate(const WallLight& returns);
@@ -60,13 +60,15 @@ class VisibilityEstimator {
     double extinction, sigma;
   };
   struct Sum {
-    std::int64_t key;
-    double count, range, bright, square, cosine;
+    double count = 0.0, range = 0.0, bright = 0.0, square = 0.0, cosine = 0.0;
+  };
+  struct Seen {
+    double range, intensity;
   };
 
   bool fillBins(const WallLight& returns);
   void sumUp(const WallLight& returns);
-  double faintest(const WallLight& returns);
+  double faintest();
   double span() const;
   void learn();
   Line slope() const;
@@ -77,8 +79,8 @@ class VisibilityEstimator {
   double clear_level_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<Bin> bins_;
   std::vector<double> hidden_;  // of each bin
-  std::vector<std::uint32_t> order_;
-  std::vector<Sum> sums_;
+  std::vector<Sum> sums_;       // by wall and slot of range
+  std::vector<Seen> seen_;
   std::vector<double> scratch_;
 };
 

@@ -11,6 +11,7 @@ void bindAgdorFilter(pybind11::module& m);
 void bindChannelSegmentation(pybind11::module& m);
 void bindWallClustering(pybind11::module& m);
 void bindPolarSegments(pybind11::module& m);
+void bindVisibility(pybind11::module& m);
 void bindDropOffs(pybind11::module& m);
 void bindPipeline(pybind11::module& m);
 void bindSimulation(pybind11::module& m);

@@ -1,7 +1,7 @@
 #include "smoke_ground_reconstruction/visibility.hpp"
 
 #include <algorithm>
-#include <numeric>
+#include <cstddef>
 
 namespace smoke_ground_reconstruction {
 namespace {
@@ -14,13 +14,13 @@ constexpr double kGrazing = 0.2;         // least cosine of incidence
 constexpr double kPatches = 0.32;        // sigma of the optical depth / (extinction sqrt(range))
 constexpr double kFaintestShare = 0.02;  // of the far half lies at the detection limit or below
 constexpr double kDimmest = 0.5;         // an intensity of 0 was rounded from up to this
-constexpr int kSteps = 20;
-constexpr double kMostHidden = 2.5;    // that the correction for what is not seen may be
-constexpr double kEven = 0.15;         // sigma over mean of a bin in clear air; smoke is patchy
-constexpr double kShared = 0.1;        // sigma of an extinction for patches that all beams pass
-constexpr double kTilted = 0.3;        // ... and for those that tilt the slope
-constexpr double kClearest = 0.06;     // extinction of what passes for clear air [1/m]
-constexpr std::int64_t kSlots = 1000;  // of range, for each wall
+constexpr int kSteps = 8;
+constexpr double kMostHidden = 2.5;  // that the correction for what is not seen may be
+constexpr double kEven = 0.15;       // sigma over mean of a bin in clear air; smoke is patchy
+constexpr double kShared = 0.1;      // sigma of an extinction for patches that all beams pass
+constexpr double kTilted = 0.3;      // ... and for those that tilt the slope
+constexpr double kClearest = 0.06;   // extinction of what passes for clear air [1/m]
+constexpr std::size_t kSlots = 330;  // of range, for each wall; no wall is farther than 65 m
 
 /// ln of the share of a normal distribution that lies above `-above` sigmas.
 double logShare(double above) {
@@ -29,13 +29,12 @@ double logShare(double above) {
 
 /// Of an even number the mean of the middle two, as NumPy has it.
 double median(std::vector<double>* values) {
-  const std::size_t middle = values->size() / 2;
-  std::nth_element(values->begin(), values->begin() + middle, values->end());
-  const double upper = (*values)[middle];
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
   if (values->size() % 2 == 1) {
-    return upper;
+    return *middle;
   }
-  return 0.5 * (*std::max_element(values->begin(), values->begin() + middle) + upper);
+  return 0.5 * (*std::max_element(values->begin(), middle) + *middle);
 }
 
 /// With a sigma that counts what the bins have in common, a share of the extinction.
@@ -97,51 +96,50 @@ bool VisibilityEstimator::fillBins(const WallLight& returns) {
   if (bins_.size() < kFewestBins) {
     return false;
   }
-  const double limit = faintest(returns);
+  const double limit = faintest();
   for (Bin& bin : bins_) bin.limit = std::log(limit * bin.limit);
   return true;
 }
 
 void VisibilityEstimator::sumUp(const WallLight& returns) {
-  order_.clear();
-  for (std::uint32_t i = 0; i < returns.size(); ++i) {
-    if (returns.cosine[i] > kGrazing) order_.push_back(i);
-  }
-  const auto key = [&returns](std::uint32_t i) {
-    return returns.wall[i] * kSlots + static_cast<std::int64_t>(returns.range[i] / kBin);
-  };
-  std::stable_sort(order_.begin(), order_.end(),
-                   [&key](std::uint32_t a, std::uint32_t b) { return key(a) < key(b); });
-  sums_.clear();
-  for (const std::uint32_t i : order_) {
-    if (sums_.empty() || sums_.back().key != key(i)) sums_.push_back({key(i), 0, 0, 0, 0, 0});
-    Sum& sum = sums_.back();
-    const double bright = returns.intensity[i] / returns.cosine[i];
+  seen_.clear();
+  std::int32_t walls = 0;
+  for (const std::int32_t wall : returns.wall) walls = std::max(walls, wall + 1);
+  sums_.assign(static_cast<std::size_t>(walls) * kSlots, Sum());
+  for (std::size_t i = 0; i < returns.size(); ++i) {
+    const double range = returns.range[i], cosine = returns.cosine[i];
+    const auto slot = static_cast<std::size_t>(range / kBin);
+    if (!(cosine > kGrazing) || slot >= kSlots) {
+      continue;
+    }
+    seen_.push_back({range, returns.intensity[i]});
+    Sum& sum = sums_[static_cast<std::size_t>(returns.wall[i]) * kSlots + slot];
+    const double bright = returns.intensity[i] / cosine;
     sum.count += 1.0;
-    sum.range += returns.range[i];
+    sum.range += range;
     sum.bright += bright;
     sum.square += bright * bright;
-    sum.cosine += returns.cosine[i];
+    sum.cosine += cosine;
   }
 }
 
 /// Detection limit of I / R^2: intensity is corrected for range, what is received is not.
-double VisibilityEstimator::faintest(const WallLight& returns) {
+double VisibilityEstimator::faintest() {
   scratch_.clear();
-  for (const std::uint32_t i : order_) scratch_.push_back(returns.range[i]);
-  const auto middle = scratch_.begin() + scratch_.size() / 2;
-  std::nth_element(scratch_.begin(), middle, scratch_.end());
-  const double far = *middle;
+  for (const Seen& one : seen_) scratch_.push_back(one.range);
+  const auto nth = [this](std::size_t n) {
+    const auto place = scratch_.begin() + static_cast<std::ptrdiff_t>(n);
+    std::nth_element(scratch_.begin(), place, scratch_.end());
+    return *place;
+  };
+  const double far = nth(scratch_.size() / 2);
   scratch_.clear();
-  for (const std::uint32_t i : order_) {
-    const double range = returns.range[i];
-    if (range >= far) {
-      scratch_.push_back(std::max(returns.intensity[i], kDimmest) / (range * range));
+  for (const Seen& one : seen_) {
+    if (one.range >= far) {
+      scratch_.push_back(std::max(one.intensity, kDimmest) / (one.range * one.range));
     }
   }
-  const auto place = scratch_.begin() + static_cast<int>(kFaintestShare * scratch_.size());
-  std::nth_element(scratch_.begin(), place, scratch_.end());
-  return *place;
+  return nth(static_cast<std::size_t>(kFaintestShare * static_cast<double>(scratch_.size())));
 }
 
 double VisibilityEstimator::span() const {
