@@ -11,7 +11,8 @@ from evaluation_truths import points_of_cells
 pytest.importorskip("smoke_ground_reconstruction._core", reason="the package is not built")
 
 from smoke_ground_reconstruction import cli, simulation
-from smoke_ground_reconstruction.evaluation import runner, world
+from smoke_ground_reconstruction.evaluation import methods, runner, world
+from smoke_ground_reconstruction.evaluation.baselines.native import BaselineUnavailableError
 from smoke_ground_reconstruction.evaluation.yardstick import level_rotation
 from smoke_ground_reconstruction.io import files, npz
 from smoke_ground_reconstruction.io.clouds import Floor
@@ -168,6 +169,17 @@ def test_figure_is_drawn_with_its_numbers(capsys, tmp_path):
     numbers = json.loads(capsys.readouterr().out)
     assert numbers["Point cloud without smoke"]["recall"] > 0.9
     assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_figure_without_patchworkpp_takes_a_plane_in_its_place(capsys, monkeypatch, tmp_path):
+    def missing():
+        raise BaselineUnavailableError("not here")
+
+    absent = replace(methods.METHODS["patchworkpp"], require=missing)
+    monkeypatch.setitem(methods.METHODS, "patchworkpp", absent)
+    assert cli.main(["figures", "2.5", str(tmp_path / "figure.png")]) == 0
+    numbers = json.loads(capsys.readouterr().out)
+    assert list(numbers) == ["ransac_plane_low", "channel_original"]
 
 
 def test_page_sets_a_pipeline_beside_the_thesis(capsys, tmp_path):
