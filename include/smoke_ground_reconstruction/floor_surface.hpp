@@ -32,6 +32,10 @@ struct FloorSurface {
   std::array<double, 3> floor_plane = {0, 0, 0};  ///< a, b, c of z = a x + b y + c, sensor frame
 
   std::size_t size() const { return x.size(); }
+  /// Drops the points and the outline, not their memory.
+  void clear();
+  void push(const std::array<float, 3>& point, float point_intensity, std::uint16_t point_ring,
+            Provenance point_provenance, float point_confidence);
 };
 
 /// Map of square cells in the level frame, row by row from the corner of smallest x and y.

@@ -7,12 +7,12 @@
 #include "smoke_ground_reconstruction/channel_segmentation.hpp"
 #include "smoke_ground_reconstruction/occupancy.hpp"
 #include "smoke_ground_reconstruction/polar_segments.hpp"
+#include "smoke_ground_reconstruction/room_boundary.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
 
 namespace smoke_ground_reconstruction {
 
-/// kRoomBoundary runs in the Python reference alone so far; ReconstructorParams::validate() refuses
-/// it.
+/// The thesis's own method on a polar grid, or ours: the room's boundary per azimuth column.
 enum class ReconstructionMethod { kPolarSegments, kRoomBoundary };
 
 /// Parameters of the last stage, whatever the method.
@@ -43,17 +43,18 @@ struct Engines {
   ComponentFinder kdtree_clustering;
 };
 
-/// Milliseconds of wall time per stage, in the order of work.
-struct StageTimes {
-  double organise = 0, denoise = 0, segment = 0, cluster = 0, reconstruct = 0, rasterize = 0;
+/// Milliseconds of wall time of one stage.
+struct StageTime {
+  const char* stage;
+  double milliseconds;
 };
 
 struct PipelineResult {
   std::vector<Label> labels;            ///< per input point, after segmentation
-  std::vector<std::uint32_t> clusters;  ///< per input point
+  std::vector<std::uint32_t> clusters;  ///< per input point; room_boundary makes none
   FloorSurface surface;
   OccupancyGrid occupancy;
-  StageTimes times;
+  std::vector<StageTime> times;  ///< in the order of work
 };
 
 /// The stages in order, in one thread: what the three nodelets do between them.
@@ -71,11 +72,16 @@ class Pipeline {
   SensorModel& sensor() { return sensor_; }
 
  private:
+  PipelineResult processSegments(const ScanView& scan, const Mounting& mounting);
+  PipelineResult processRoom(const ScanView& scan, const Mounting& mounting);
+
   PipelineParams params_;
   AgdorFilter denoiser_;
   ChannelSegmentation segmentation_;
   WallClustering clustering_;
   PolarSegments polar_segments_;
+  RoomBoundary room_boundary_;
+  RoomBoundaryResult room_;
   SensorModel sensor_;
 };
 

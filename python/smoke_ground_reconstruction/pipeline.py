@@ -8,10 +8,6 @@ import numpy as np
 from .params import Params
 
 ENGINES = ("cpp", "python")
-_NOT_COMPILED = (
-    "method must be polar_segments in the compiled engine, is room_boundary: only the Python engine"
-    " has it yet"
-)
 
 _SURFACE_ARRAYS = (
     "intensity",
@@ -91,8 +87,6 @@ class Pipeline:
             raise ValueError(f"engine must be one of {', '.join(ENGINES)}, is {engine}")
         self.params = Params() if params is None else params
         self.params.validate()
-        if engine == "cpp" and self.params.reconstructor.method == "room_boundary":
-            raise ValueError(_NOT_COMPILED)
         make_backend = _CompiledBackend if engine == "cpp" else _ReferenceBackend
         self._backend = make_backend(self.params, elevation_deg)
 

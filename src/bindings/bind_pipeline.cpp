@@ -43,12 +43,7 @@ void bindResult(py::module& m) {
           "times",
           [](const Result& r) {
             py::dict times;
-            times["organise"] = r.times.organise;
-            times["denoise"] = r.times.denoise;
-            times["segment"] = r.times.segment;
-            times["cluster"] = r.times.cluster;
-            times["reconstruct"] = r.times.reconstruct;
-            times["rasterize"] = r.times.rasterize;
+            for (const StageTime& time : r.times) times[time.stage] = time.milliseconds;
             return times;
           },
           "Milliseconds of wall time per stage.");

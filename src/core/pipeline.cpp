@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "smoke_ground_reconstruction/label.hpp"
+#include "smoke_ground_reconstruction/point_selection.hpp"
 #include "validation.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -11,31 +12,19 @@ namespace {
 
 class Stopwatch {
  public:
-  /// Milliseconds since the last call.
-  double lap() {
+  explicit Stopwatch(std::vector<StageTime>* times) : times_(times) {}
+
+  /// A stage ends that began with the last call.
+  void lap(const char* stage) {
     const auto now = std::chrono::steady_clock::now();
     const std::chrono::duration<double, std::milli> passed = now - last_;
     last_ = now;
-    return passed.count();
+    times_->push_back({stage, passed.count()});
   }
 
  private:
+  std::vector<StageTime>* times_;
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-/// Structure-of-arrays copy of some points of a view, in its order and frame.
-struct Selection {
-  std::vector<float> x, y, z, intensity;
-  std::vector<std::uint16_t> ring;
-
-  void append(const ScanView& scan, std::size_t i) {
-    x.push_back(scan.x[i]);
-    y.push_back(scan.y[i]);
-    z.push_back(scan.z[i]);
-    intensity.push_back(scan.intensity[i]);
-    ring.push_back(scan.ring[i]);
-  }
-  ScanView view() const { return ScanView::of(x, y, z, intensity, ring); }
 };
 
 }  // namespace
@@ -43,11 +32,6 @@ struct Selection {
 void ReconstructorParams::validate() const {
   require(sensor_height > 0.0, "sensor_height", "> 0", sensor_height);
   require(occupancy_resolution >= 0.01, "occupancy_resolution", ">= 0.01", occupancy_resolution);
-  if (method == ReconstructionMethod::kRoomBoundary) {
-    throw std::invalid_argument(
-        "method must be polar_segments in the compiled engine, is room_boundary: only the Python "
-        "engine has it yet");
-  }
   polar_segments.validate();
 }
 
@@ -67,32 +51,57 @@ PipelineResult Pipeline::process(const ScanView& view) {
 }
 
 PipelineResult Pipeline::process(const ScanView& view, const Mounting& mounting) {
+  return params_.reconstructor.method == ReconstructionMethod::kRoomBoundary
+             ? processRoom(view, mounting)
+             : processSegments(view, mounting);
+}
+
+PipelineResult Pipeline::processSegments(const ScanView& view, const Mounting& mounting) {
   PipelineResult result;
-  Stopwatch stopwatch;
+  Stopwatch stopwatch(&result.times);
   sensor_.observe(view);
   const Scan scan(view);  // the denoiser knows nothing of the mounting
   const bool is_level = mounting.isLevel();
   const Scan levelled(is_level ? ScanView() : view, mounting);
   const Scan& level = is_level ? scan : levelled;
-  result.times.organise = stopwatch.lap();
+  stopwatch.lap("organise");
   const auto denoised = denoiser_.classify(scan);
-  result.times.denoise = stopwatch.lap();
+  stopwatch.lap("denoise");
   result.labels = segmentation_.classify(level, denoised, sensor_);
-  result.times.segment = stopwatch.lap();
+  stopwatch.lap("segment");
   result.clusters = clustering_.cluster(level, result.labels);
-  result.times.cluster = stopwatch.lap();
+  stopwatch.lap("cluster");
 
-  Selection ground;
-  Selection walls;
+  PointSelection ground;
+  PointSelection walls;
+  ground.appendAll(view, result.labels, Label::kGround);
   for (std::size_t i = 0; i < view.size; ++i) {
-    if (result.labels[i] == Label::kGround) ground.append(view, i);
     if (result.clusters[i] != kNoCluster) walls.append(view, i);
   }
   result.surface = polar_segments_.reconstruct(ground.view(), walls.view(), sensor_, mounting);
-  result.times.reconstruct = stopwatch.lap();
+  stopwatch.lap("reconstruct");
   result.occupancy =
       rasterize(result.surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution);
-  result.times.rasterize = stopwatch.lap();
+  stopwatch.lap("rasterize");
+  return result;
+}
+
+/// It denoises and segments by itself, and has no clusters.
+PipelineResult Pipeline::processRoom(const ScanView& view, const Mounting& mounting) {
+  PipelineResult result;
+  Stopwatch stopwatch(&result.times);
+  sensor_.observe(view);
+  stopwatch.lap("organise");
+  room_boundary_.reconstruct(view, sensor_, mounting, &room_);
+  result.surface = room_.surface;
+  result.labels = room_.labels;
+  result.clusters.assign(view.size, kNoCluster);
+  stopwatch.lap("reconstruct");
+  PointSelection walls;
+  walls.appendAll(view, result.labels, Label::kWall);
+  result.occupancy =
+      rasterize(result.surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution);
+  stopwatch.lap("rasterize");
   return result;
 }
 

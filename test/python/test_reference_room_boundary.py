@@ -537,10 +537,8 @@ def test_oddities_of_drivers_are_no_error():
 # --- the pipeline --------------------------------------------------------------------------------
 
 
-def test_pipeline_runs_it_on_the_reference_alone():
+def test_pipeline_runs_it():
     params = Params.from_dict({"reconstructor": {"method": "room_boundary"}})
-    with pytest.raises(ValueError, match="is room_boundary: only the Python engine has it"):
-        Pipeline(params)
     view = room_scan()
     result = Pipeline(params, engine="python").process(*view)
     assert set(np.unique(result.labels)) <= {Label.KEPT, Label.NOISE, Label.GROUND, Label.WALL}

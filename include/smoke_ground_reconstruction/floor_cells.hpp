@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace smoke_ground_reconstruction {
+
+/// Square grid of cells around the sensor, 512 to each side; gives each cell a number.
+class CellGrid {
+ public:
+  static constexpr std::uint32_t kOutside = 0xFFFFFFFFU;
+  static constexpr std::size_t kCells = std::size_t{1024} * 1024;
+
+  /// \param size  edge of a cell [m].
+  explicit CellGrid(double size) : size_(size) {}
+  /// The cell of a place; kOutside beyond the grid.
+  std::uint32_t cellOf(double x, double y) const;
+
+ private:
+  double size_;
+};
+
+/// Some cells of a grid of square cells.
+class CellSet {
+ public:
+  explicit CellSet(double size);
+  void clear();
+  void insert(double x, double y);
+  bool contains(double x, double y) const;
+
+ private:
+  CellGrid grid_;
+  std::vector<std::uint64_t> bits_;
+};
+
+/// Cells of 0.2 m that are as level as the floor: by the median of their low returns.
+class LevelCells {
+ public:
+  LevelCells();
+  void clear();
+  /// A low return at a height over the floor [m].
+  void add(double x, double y, double height);
+  bool isLevel(double x, double y) const;
+
+ private:
+  struct Counts {
+    std::uint16_t all, below_top, below_bottom;  // of the band of heights that are level
+  };
+  CellGrid grid_;
+  std::vector<Counts> counts_;
+  std::vector<std::uint32_t> touched_;
+};
+
+}  // namespace smoke_ground_reconstruction

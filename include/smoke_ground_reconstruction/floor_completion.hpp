@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "smoke_ground_reconstruction/azimuth_bins.hpp"
+#include "smoke_ground_reconstruction/floor_cells.hpp"
+#include "smoke_ground_reconstruction/floor_surface.hpp"
+#include "smoke_ground_reconstruction/room.hpp"
+#include "smoke_ground_reconstruction/scan.hpp"
+#include "smoke_ground_reconstruction/sensor_model.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// What of the floor is claimed.
+struct FloorClaim {
+  std::vector<double> limit;           ///< how far in each column, drop-offs apart [m]
+  std::vector<std::uint8_t> measured;  ///< per return of the room: is it floor?
+};
+
+/// Points of the floor that were not measured, in the room's upright frame.
+struct DrawnFloor {
+  static constexpr std::int32_t kNoRing = -1;
+
+  Points points;  ///< [m], on plane and relief
+  std::vector<std::uint16_t> column;
+  std::vector<double> planar;      ///< [m]
+  std::vector<std::int32_t> ring;  ///< of the beam that a point lies on; kNoRing of fill
+
+  std::size_t size() const { return column.size(); }
+  void clear();
+};
+
+/// Completes the floor of a room: how far it is claimed, its points and its outline. Keeps its
+/// buffers. Thesis: Algorithm 3 draws evenly spaced radii; here the sensor's own beams are cut with
+/// the floor, and what lies between them is filled.
+class FloorCompletion {
+ public:
+  explicit FloorCompletion(const AzimuthBins& bins, const ColumnDirections& directions);
+
+  /// How far the floor of a room is claimed, and which returns are floor.
+  const FloorClaim& claim(const Room& room);
+  /// Claimed floor where none was measured: the beams' own points, then the fill.
+  const DrawnFloor& draw(const Room& room, const SensorModel& sensor, const Mounting& mounting);
+  /// The surface: measured points in input order, then the drawn ones; and the outline, a vertex
+  /// per column where floor is claimed, and the foot once where none is.
+  /// \param scan  of which the points `valid` are the room's returns.
+  void merge(const ScanView& scan, const std::vector<std::uint32_t>& valid, const Room& room,
+             const SensorModel& sensor, const Mounting& mounting, FloorSurface* surface);
+
+ private:
+  void drawBeams(const Room& room, const SensorModel& sensor, const Mounting& mounting);
+  void drawFill(const Room& room);
+  void push(const Room& room, double x, double y, double z, std::size_t column, double planar,
+            std::int32_t ring);
+  void outline(const Room& room, const Mounting& mounting, FloorOutline* boundary) const;
+  std::uint16_t nearestRing(const SensorModel& sensor, const std::array<float, 3>& point);
+
+  const AzimuthBins& bins_;
+  const ColumnDirections& directions_;
+  FloorClaim claim_;
+  DrawnFloor drawn_;
+  CellSet measured_cells_;
+  std::vector<std::uint32_t> behind_;
+  FarthestReturns farthest_;
+  std::vector<double> beyond_, between_rings_;
+};
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace smoke_ground_reconstruction {
+
+/// Points in one frame [m], structure of arrays.
+struct Points {
+  std::vector<float> x, y, z;
+
+  std::size_t size() const { return x.size(); }
+  void clear();
+  void push(float px, float py, float pz);
+};
+
+/// Where a floor plane comes from.
+enum class FloorSource : std::uint8_t { kMeasured = 0, kMeasuredBefore = 1, kMounting = 2 };
+
+/// The plane z = a x + b y + c in the level frame.
+struct FloorModel {
+  std::array<double, 3> plane = {0, 0, 0};  ///< a, b [1] and c [m]
+  std::array<double, 9> covariance = {};    ///< of the plane, row by row
+  double weight = 0.0;                      ///< returns behind it, by their Tukey weights
+  double noise = 0.0;                       ///< one sigma of a return's range [m]
+  double uneven = 0.0;                      ///< one sigma of the floor about the plane [m]
+  FloorSource source = FloorSource::kMounting;
+  double height_error = 0.0;  ///< measured less given height of the sensor over the floor [m]
+
+  /// One sigma of the floor's height at (x, y): the plane's and the unevenness about it [m].
+  double sigma(double x, double y) const;
+};
+
+/// Fits the floor of one scan after another; keeps its buffers, not its answers.
+///
+/// A search over tilts finds the height that most floor cells agree on; iteratively reweighted
+/// least squares (Tukey) with a weak prior at the mounting height refines it. Heights more than
+/// 0.15 m off the mounting height beneath the sensor are never looked at. O(n).
+class FloorFitter {
+ public:
+  /// \param returns  in the level frame, finite.
+  /// \param sensor_height  [m].
+  /// \param before  the last good floor, taken where this scan shows too little; may be null.
+  FloorModel fit(const Points& returns, double sensor_height, const FloorModel* before);
+
+ private:
+  struct Plane {
+    double a, b, c;
+  };
+  struct Step {
+    Plane plane;
+    std::array<double, 9> covariance;
+  };
+
+  void collectLow(const Points& returns, double sensor_height);
+  Plane coarse(double sensor_height);
+  void weighVotes(std::size_t stride);
+  double strongest(double b, double* slot);
+  bool refine(Plane plane, double sensor_height, FloorModel* found);
+  void keepNear(const Plane& plane);
+  void residuals(const Plane& plane);
+  Step reweighted(double sensor_height);
+  void tellNoise(double* noise, double* uneven);
+  double width(double total) const;
+  double totalWeight() const;
+
+  std::vector<double> x_, y_, z_, sine_, residual_, scale_, weight_;  // of low returns
+  std::size_t count_ = 0;                                             // the rest is padding
+  std::vector<double> vote_y_, vote_, turned_, over_lowest_, vote_x_;
+  std::vector<std::uint8_t> slot_;
+  std::vector<std::uint16_t> cell_count_;
+  std::vector<std::uint32_t> vote_cell_;
+};
+
+}  // namespace smoke_ground_reconstruction

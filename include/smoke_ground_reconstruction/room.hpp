@@ -1,0 +1,125 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "smoke_ground_reconstruction/azimuth_bins.hpp"
+#include "smoke_ground_reconstruction/drop_offs.hpp"
+#include "smoke_ground_reconstruction/floor_cells.hpp"
+#include "smoke_ground_reconstruction/floor_model.hpp"
+#include "smoke_ground_reconstruction/posts.hpp"
+#include "smoke_ground_reconstruction/wall_lines.hpp"
+#include "smoke_ground_reconstruction/wall_profile.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// How far some returns are seen in each column: the third farthest of the column, or of one
+/// beside it, tells. Not all rings fire in each column.
+class FarthestReturns {
+ public:
+  void clear(std::size_t columns);
+  void add(std::size_t column, float planar);
+  /// Planar range [m] per column, 0 where too few are seen; `beside` columns to either side tell.
+  void find(std::size_t beside, std::vector<double>* farthest) const;
+
+ private:
+  std::vector<std::array<float, 3>> ranges_;  // descending
+};
+
+/// What one scan shows of its room, in the frame that stands its walls upright. Keeps its buffers.
+class Room {
+ public:
+  static constexpr double kFarthest = 50.0;  ///< no floor is claimed beyond [m]
+  static constexpr double kBeyond = 0.15;    ///< floor so far behind the boundary: an opening [m]
+
+  explicit Room(const AzimuthBins& bins);
+
+  /// Takes the returns of a scan (level frame) into an upright frame and finds its posts.
+  /// \param intensity  on the sensor's own scale.
+  /// \param rotation  from the level to the upright frame, row by row.
+  void look(const Points& level, const std::vector<float>& intensity, const FloorModel& floor,
+            const std::array<double, 9>& rotation);
+  /// Lines, the profile of the boundary and the drop-offs.
+  void findWalls(const ColumnDirections& directions);
+
+  /// Number of returns that stand in posts.
+  std::size_t postReturns() const;
+
+  std::size_t size() const { return points_.size(); }
+  const Points& points() const { return points_; }
+  const std::array<double, 9>& rotation() const { return rotation_; }
+  const std::array<double, 3>& plane() const { return plane_; }
+  /// Height of a place on the plane [m].
+  double floorAt(double x, double y) const { return (plane_[0] * x + plane_[1] * y) + plane_[2]; }
+  std::size_t column(std::size_t i) const { return column_[i]; }
+  float planar(std::size_t i) const { return planar_[i]; }
+  float height(std::size_t i) const { return height_[i]; }
+  bool isLow(std::size_t i) const { return (flags_[i] & kLow) != 0; }
+  bool isSoft(std::size_t i) const { return (flags_[i] & kSoft) != 0; }
+  /// Is a return's cell as level as the floor?
+  bool goesOnLevel(std::size_t i) const { return level_cells_.isLevel(points_.x[i], points_.y[i]); }
+  /// On the line of its column's boundary?
+  bool isWall(std::size_t i) const;
+  /// How far a return lies beyond the line of its column's boundary [m]; negative infinity where
+  /// that is no line.
+  double pastWall(std::size_t i) const;
+
+  const Posts& posts() const { return posts_; }
+  const Lines& lines() const { return lines_; }
+  const UpwardView& view() const { return view_; }
+  const Profile& profile() const { return profile_; }
+  const DropOffs& drops() const { return drops_; }
+  /// How far floor, or a ceiling over it, is seen in each column [m].
+  const std::vector<double>& seenFloor() const { return seen_floor_; }
+
+ private:
+  enum Flag : std::uint8_t { kLow = 1, kSoft = 2, kMaybeWall = 4, kAtWall = 8 };
+
+  void takeIn(const Points& level);
+  double softGate(const std::vector<float>& intensity) const;
+  void sortOut(const std::vector<float>& intensity);
+  double steepest();
+  void markFeetOfWalls(const ColumnDirections& directions);
+  void findSeen();
+  void findDrops(const ColumnDirections& directions);
+
+  const AzimuthBins& bins_;
+  Points points_;  // upright
+  std::vector<float> planar_, height_;
+  std::vector<std::uint16_t> column_;
+  std::vector<std::uint8_t> flags_;
+  std::array<double, 9> rotation_ = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  std::array<double, 3> plane_ = {0, 0, 0};
+  WallReturns wall_returns_;
+  CeilingFinder ceiling_finder_;
+  LevelCells level_cells_;
+  PostFinder post_finder_;
+  Posts posts_;
+  LineFinder line_finder_;
+  Lines lines_;
+  WallSupport support_;
+  UpwardView view_;
+  ProfileFinder profile_finder_;
+  Profile profile_;
+  FarthestReturns farthest_;
+  DropOffReturns drop_returns_;
+  DropOffFinder drop_finder_;
+  DropOffs drops_;
+  std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_;
+  std::vector<std::array<double, 2>> wall_normals_;
+  std::vector<std::uint32_t> slope_counts_;
+  std::vector<RangeWindow> windows_;  // by column and line
+  std::vector<std::uint32_t> window_line_, window_begin_;
+};
+
+/// Rotations that may stand the walls upright: none, and the one that levels the floor. A tilted
+/// floor in a plumb building has plumb walls; a tilted sensor sees both tilted alike.
+std::vector<std::array<double, 9>> uprightCandidates(const std::array<double, 3>& plane);
+
+/// z = a x + b y + c in a frame turned by a rotation.
+std::array<double, 3> rotatedPlane(const std::array<double, 3>& plane,
+                                   const std::array<double, 9>& rotation);
+
+}  // namespace smoke_ground_reconstruction

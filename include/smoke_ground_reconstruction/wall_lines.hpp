@@ -1,0 +1,144 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "smoke_ground_reconstruction/posts.hpp"
+#include "smoke_ground_reconstruction/predicates.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// Equal azimuth columns: the directions of their middles and of their first edges.
+struct ColumnDirections {
+  std::vector<Direction> middle, edge;
+
+  explicit ColumnDirections(std::size_t count);
+  std::size_t count() const { return middle.size(); }
+};
+
+/// Straight walls in plan: nx x + ny y = rho with rho >= 0 [m].
+struct Lines {
+  std::vector<double> nx, ny, rho;
+
+  std::size_t size() const { return rho.size(); }
+  void clear();
+  double distance(std::size_t line, double x, double y) const {
+    return std::fabs((nx[line] * x + ny[line] * y) - rho[line]);
+  }
+  /// Planar range of a line in a direction [m]; infinite where it is not ahead.
+  double reach(std::size_t line, const Direction& direction) const;
+};
+
+/// Where in one column the returns within some distance of one line can lie: planar ranges, a hair
+/// wide [m]; lowest above highest where none can.
+struct RangeWindow {
+  float lowest, highest;
+};
+RangeWindow windowOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
+                     std::size_t column, double half);
+
+constexpr double kLineHalf = 0.03;  ///< a wall's returns lie this near to its line [m]
+
+/// Finds straight walls through posts, the best supported first: a Hough transform proposes,
+/// reweighted total least squares refines; a wall's posts are taken out before the next is looked
+/// for. Keeps its buffers.
+class LineFinder {
+ public:
+  LineFinder();
+  void find(const Posts& posts, Lines* lines);
+
+ private:
+  static constexpr std::size_t kAngles = 180;
+  struct Peak {
+    std::size_t angle;
+    double rho;
+    int weight;
+  };
+  struct Line {
+    double nx, ny, rho;
+  };
+
+  void castVotes(const Posts& posts);
+  void vote(std::size_t post, int sign);
+  Peak strongest();
+  void searchRow(std::size_t angle);
+  Line refined(const Posts& posts, const Peak& peak);
+  void collectNear(const Posts& posts, const Line& line, double half);
+  bool isWall(const Posts& posts, const Line& line);
+
+  std::array<Direction, kAngles> normals_;
+  int first_slot_ = 0;
+  std::size_t width_ = 0;             // slots of an angle
+  std::vector<int> votes_;            // by angle and slot
+  std::vector<std::uint16_t> slots_;  // by post and angle
+  std::vector<int> weight_;           // by post
+  std::array<int, kAngles> row_best_{};
+  std::array<std::size_t, kAngles> row_at_{};
+  std::array<bool, kAngles> row_is_stale_{};
+  std::vector<std::uint8_t> is_left_, is_skipped_;  // by post
+  std::vector<std::uint32_t> use_, near_;
+  std::vector<double> along_;
+};
+
+/// How far up things can be seen.
+struct UpwardView {
+  double ceiling = 0.0;        ///< above the floor [m]; infinite where none is seen
+  double sensor_height = 0.0;  ///< [m]
+  double steepest = 0.0;       ///< tangent of the highest beam's elevation
+
+  /// Does something of a height at a planar range reach the ceiling, or out of the view?
+  bool isFull(double high, double planar) const;
+  /// Can a wall at a planar range be told from a cupboard?
+  bool tells(double planar) const;
+};
+
+/// Stretches of columns, round the circle, that breaks of four columns and more divide.
+class ColumnRuns {
+ public:
+  /// \param is_in  a flag per column.
+  void find(const std::uint8_t* is_in, std::size_t columns);
+  std::size_t count() const { return end_.size(); }
+  const std::uint32_t* begin(std::size_t run) const {
+    return columns_.data() + (run == 0 ? 0 : end_[run - 1]);
+  }
+  const std::uint32_t* end(std::size_t run) const { return columns_.data() + end_[run]; }
+
+  static constexpr std::uint32_t kBreak = 4;
+
+ private:
+  std::vector<std::uint32_t> columns_;
+  std::vector<std::size_t> end_;
+};
+
+/// What each column shows of each wall, by wall and column.
+class WallSupport {
+ public:
+  /// \param returns  sorted.
+  void find(const WallReturns& returns, const Lines& lines, const ColumnDirections& directions,
+            const UpwardView& view);
+
+  std::size_t lines() const { return lines_; }
+  std::size_t columns() const { return columns_; }
+  const std::uint8_t* seen(std::size_t line) const { return seen_.data() + line * columns_; }
+  /// ... and up to the ceiling, or as high as the sensor sees.
+  const std::uint8_t* full(std::size_t line) const { return full_.data() + line * columns_; }
+  /// Planar range of the wall at the column's middle [m].
+  const double* reach(std::size_t line) const { return reach_.data() + line * columns_; }
+
+ private:
+  void countReturns(const WallReturns& returns, const Lines& lines, std::size_t line,
+                    const ColumnDirections& directions);
+  void judge(std::size_t line);
+  void markFull(std::size_t line, const UpwardView& view);
+
+  std::size_t lines_ = 0, columns_ = 0;
+  std::vector<std::uint8_t> seen_, full_;
+  std::vector<double> reach_;
+  std::vector<std::uint32_t> own_, around_;  // of one line, by column
+  std::vector<float> low_, high_, highest_;  // the last over neighbours
+  ColumnRuns runs_;
+};
+
+}  // namespace smoke_ground_reconstruction

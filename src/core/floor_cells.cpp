@@ -1,0 +1,70 @@
+#include "smoke_ground_reconstruction/floor_cells.hpp"
+
+#include <algorithm>
+
+#include "ordered.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr int kAcross = 1024;
+constexpr double kLevelCell = 0.2;      // [m]
+constexpr double kLevelHeight = 0.012;  // floor elsewhere must go on so level [m]
+constexpr std::uint16_t kLevelPoints = 3;
+constexpr std::uint16_t kMostPoints = 60000;
+
+}  // namespace
+
+std::uint32_t CellGrid::cellOf(double x, double y) const {
+  const double u = x / size_;
+  const double v = y / size_;
+  constexpr double kHalf = kAcross / 2;
+  if (!(u >= -kHalf && v >= -kHalf && u < kHalf && v < kHalf)) return kOutside;
+  const int column = floorToInt(u) + kAcross / 2;
+  const int row = floorToInt(v) + kAcross / 2;
+  return static_cast<std::uint32_t>(column * kAcross + row);
+}
+
+CellSet::CellSet(double size) : grid_(size), bits_(CellGrid::kCells / 64, 0) {}
+
+void CellSet::clear() { std::fill(bits_.begin(), bits_.end(), 0); }
+
+void CellSet::insert(double x, double y) {
+  const std::uint32_t cell = grid_.cellOf(x, y);
+  if (cell != CellGrid::kOutside) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
+}
+
+bool CellSet::contains(double x, double y) const {
+  const std::uint32_t cell = grid_.cellOf(x, y);
+  return cell != CellGrid::kOutside && (bits_[cell / 64] >> (cell % 64) & 1U) != 0;
+}
+
+LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts{0, 0, 0}) {}
+
+void LevelCells::clear() {
+  for (const std::uint32_t cell : touched_) counts_[cell] = {0, 0, 0};
+  touched_.clear();
+}
+
+void LevelCells::add(double x, double y, double height) {
+  const std::uint32_t cell = grid_.cellOf(x, y);
+  if (cell == CellGrid::kOutside) return;
+  Counts& counts = counts_[cell];
+  if (counts.all == 0) touched_.push_back(cell);
+  if (counts.all >= kMostPoints) return;
+  ++counts.all;
+  if (height < kLevelHeight) ++counts.below_top;
+  if (height <= -kLevelHeight) ++counts.below_bottom;
+}
+
+bool LevelCells::isLevel(double x, double y) const {
+  const std::uint32_t cell = grid_.cellOf(x, y);
+  if (cell == CellGrid::kOutside) return false;
+  // The median is the value at `all / 2` in ascending order.
+  const Counts& counts = counts_[cell];
+  return counts.all >= kLevelPoints && counts.below_top > counts.all / 2 &&
+         counts.below_bottom <= counts.all / 2;
+}
+
+}  // namespace smoke_ground_reconstruction

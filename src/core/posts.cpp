@@ -1,0 +1,215 @@
+#include "smoke_ground_reconstruction/posts.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "ordered.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr std::uint32_t kKeysPerColumn = 200000;
+constexpr std::uint32_t kHalf = 25;     // a post's returns lie this near to each other [mm]
+constexpr std::uint32_t kAround = 120;  // what lies this near counts as around [mm]
+
+constexpr double kCeilingLowest = 1.6;  // above the floor [m]
+constexpr double kSlotsPerMetre = 50.0;
+constexpr int kSlots = 520;
+constexpr int kMetre = 50;  // slots
+constexpr std::size_t kCeilingPoints = 100;
+constexpr double kCeilingShare = 0.2;
+constexpr double kCeilingWidth = 0.5;  // it is so wide [m]
+constexpr double kWideColumns = 0.25;  // in a share of its columns
+
+// A slot below the lowest and one above the highest stay empty.
+using Votes = std::array<double, kSlots + 2>;
+
+/// -1 outside.
+int ceilingSlot(float height) {
+  const double at = (static_cast<double>(height) - kCeilingLowest) * kSlotsPerMetre;
+  return at >= 0.0 && at < kSlots ? static_cast<int>(at) : -1;
+}
+
+int strongestSlot(const Votes& votes, double* around) {
+  int strongest = 0;
+  *around = -1.0;
+  for (int s = 0; s < kSlots; ++s) {
+    const auto i = static_cast<std::size_t>(s);
+    const double sum = (votes[i] + votes[i + 1]) + votes[i + 2];
+    if (sum <= *around) continue;
+    *around = sum;
+    strongest = s;
+  }
+  return strongest;
+}
+
+}  // namespace
+
+void WallReturns::clear() {
+  for (auto* values : {&planar, &height, &x, &y}) values->clear();
+  column.clear();
+}
+
+void WallReturns::push(std::uint16_t of_column, float range, float above_floor, float at_x,
+                       float at_y) {
+  column.push_back(of_column);
+  planar.push_back(range);
+  height.push_back(above_floor);
+  x.push_back(at_x);
+  y.push_back(at_y);
+}
+
+void WallReturns::sort(std::size_t columns) {
+  // Three stable passes: low and high byte of the millimetres, then the column.
+  const std::size_t n = size();
+  items_.resize(n);
+  sorted_.resize(n);
+  std::array<std::array<std::uint32_t, 257>, 2> begin{};
+  column_begin.assign(columns + 1, 0);
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto mm = static_cast<std::uint32_t>(static_cast<double>(planar[i]) * 1000.0);
+    items_[i] = {mm, static_cast<std::uint32_t>(i)};
+    ++begin[0][(mm & 255U) + 1];
+    ++begin[1][(mm >> 8U) + 1];
+    ++column_begin[column[i] + 1U];
+  }
+  for (auto& counts : begin) {
+    for (std::size_t b = 0; b < 256; ++b) counts[b + 1] += counts[b];
+  }
+  for (std::size_t c = 0; c < columns; ++c) column_begin[c + 1] += column_begin[c];
+  for (const Item& item : items_) sorted_[begin[0][item.key & 255U]++] = item;
+  for (const Item& item : sorted_) items_[begin[1][item.key >> 8U]++] = item;
+  for (const Item& item : items_) sorted_[column_begin[column[item.index]]++] = item;
+  for (std::size_t c = columns; c > 0; --c) column_begin[c] = column_begin[c - 1];
+  column_begin[0] = 0;
+  reorder();
+  for (std::size_t c = 0; c < columns; ++c) {
+    for (std::size_t i = column_begin[c]; i < column_begin[c + 1]; ++i) {
+      column[i] = static_cast<std::uint16_t>(c);
+      key[i] = static_cast<std::uint32_t>(c) * kKeysPerColumn + sorted_[i].key;
+    }
+  }
+}
+
+void WallReturns::reorder() {
+  moved_.resize(size());
+  key.resize(size());
+  for (auto* values : {&planar, &height, &x, &y}) {
+    for (std::size_t i = 0; i < moved_.size(); ++i) moved_[i] = (*values)[sorted_[i].index];
+    values->swap(moved_);
+  }
+}
+
+void Posts::clear() {
+  column.clear();
+  count.clear();
+  for (auto* values : {&distance, &low, &high, &x, &y}) values->clear();
+}
+
+void PostFinder::find(const WallReturns& returns, Posts* posts) {
+  posts->clear();
+  markDense(returns.key);
+  std::size_t begin = 0;
+  for (std::size_t i = 1; i <= dense_.size(); ++i) {
+    const bool goes_on =
+        i < dense_.size() && returns.key[dense_[i]] - returns.key[dense_[i - 1]] <= kHalf;
+    if (goes_on) continue;
+    addPost(returns, begin, i, posts);
+    begin = i;
+  }
+}
+
+/// Returns that have enough others near, and most of those around.
+void PostFinder::markDense(const std::vector<std::uint32_t>& key) {
+  dense_.clear();
+  const std::size_t n = key.size();
+  std::size_t near_begin = 0, near_end = 0, around_begin = 0, around_end = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    while (key[near_begin] + kHalf < key[i]) ++near_begin;
+    while (near_end < n && key[near_end] <= key[i] + kHalf) ++near_end;
+    while (key[around_begin] + kAround < key[i]) ++around_begin;
+    while (around_end < n && key[around_end] <= key[i] + kAround) ++around_end;
+    const std::size_t near = near_end - near_begin;
+    const std::size_t around = around_end - around_begin;
+    if (near >= kPostPoints &&
+        static_cast<double>(near) >= kPostShare * static_cast<double>(around)) {
+      dense_.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+}
+
+void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::size_t end,
+                         Posts* posts) const {
+  const std::size_t count = end - begin;
+  if (count < kPostPoints) return;
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;
+  double x = 0.0, y = 0.0, distance = 0.0;
+  for (std::size_t k = begin; k < end; ++k) {
+    const std::size_t i = dense_[k];
+    low = std::min(low, static_cast<double>(returns.height[i]));
+    high = std::max(high, static_cast<double>(returns.height[i]));
+    x += returns.x[i];
+    y += returns.y[i];
+    distance += returns.planar[i];
+  }
+  if (high - low < kPostExtent) return;
+  const auto n = static_cast<double>(count);
+  posts->column.push_back(returns.column[dense_[begin]]);
+  posts->count.push_back(static_cast<std::uint32_t>(count));
+  posts->distance.push_back(distance / n);
+  posts->low.push_back(low);
+  posts->high.push_back(high);
+  posts->x.push_back(x / n);
+  posts->y.push_back(y / n);
+}
+
+double CeilingFinder::find(const std::vector<float>& height, const std::vector<float>& planar,
+                           const std::vector<std::uint16_t>& column, std::size_t columns) {
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  Votes votes{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < height.size(); ++i) {
+    const int slot = ceilingSlot(height[i]);
+    if (slot < 0) continue;
+    votes[static_cast<std::size_t>(slot) + 1] += planar[i];
+    ++count;
+  }
+  if (count < kCeilingPoints) return kNone;
+  double around = 0.0;
+  const int at = strongestSlot(votes, &around);
+  OrderedSum above;
+  for (auto s = static_cast<std::size_t>(std::max(0, at - kMetre) + 1); s < votes.size(); ++s) {
+    above.add(votes[s]);
+  }
+  if (around < kCeilingShare * above.value()) return kNone;
+  nearest_.assign(columns, kNone);
+  farthest_.assign(columns, 0.0F);
+  OrderedSum sum;
+  for (std::size_t i = 0; i < height.size(); ++i) {
+    const int slot = ceilingSlot(height[i]);
+    if (slot < 0 || std::abs(slot - at) >= 2) continue;
+    sum.add(height[i]);
+    nearest_[column[i]] = std::min(nearest_[column[i]], planar[i]);
+    farthest_[column[i]] = std::max(farthest_[column[i]], planar[i]);
+  }
+  if (sum.count() < kCeilingPoints || !isWide()) return kNone;
+  return sum.value() / static_cast<double>(sum.count());
+}
+
+/// Do a share of the columns show the level over some width?
+bool CeilingFinder::isWide() const {
+  std::size_t wide = 0;
+  std::size_t seen = 0;
+  for (std::size_t c = 0; c < farthest_.size(); ++c) {
+    const double width = static_cast<double>(farthest_[c]) - static_cast<double>(nearest_[c]);
+    wide += width >= kCeilingWidth ? 1U : 0U;
+    seen += farthest_[c] > 0.0F ? 1U : 0U;
+  }
+  return static_cast<double>(wide) >= kWideColumns * static_cast<double>(seen);
+}
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,345 @@
+#include "smoke_ground_reconstruction/wall_profile.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr std::uint32_t kStrongPost = 6;  // returns that bound the floor without a line
+constexpr double kBeyond = 0.25;          // returns this far beyond a bridge tear it down [m]
+constexpr double kTorn = 0.1;             // in this share of its columns
+constexpr double kWidestGap = 0.25;       // that is bridged along one wall, of the circle
+constexpr double kMeeting = 0.05;         // [m]
+constexpr double kChainStep = 0.04;       // from post to post of a chain [m]
+constexpr double kChainSlope = 0.012;  // ... and per metre of range: a wall at 60 deg to the beam
+constexpr double kExtension = 1.6;  // a wall is drawn on to a corner so many times its seen length
+constexpr double kLong = 0.8;       // a wall so long is bridged though its top is not seen [m]
+constexpr double kFarthestCorner = 1.6;  // times the farther place where its walls were seen last
+
+/// How many of the three columns to either side go on at about a column's distance.
+int likeNeighbors(const std::vector<double>& distance, std::size_t column) {
+  const auto columns = static_cast<int>(distance.size());
+  const double here = distance[column];
+  int like = 0;
+  for (const int shift : {-3, -2, -1, 1, 2, 3}) {
+    const int other = (static_cast<int>(column) + shift + columns) % columns;
+    const double step = std::fabs(distance[static_cast<std::size_t>(other)] - here);
+    like += step < (0.05 + 0.03 * here) * std::abs(shift) ? 1 : 0;
+  }
+  return like;
+}
+
+/// Distance of a wall's places in two columns [m].
+double chord(const double* reach, std::size_t a, std::size_t b,
+             const ColumnDirections& directions) {
+  const double x = reach[a] * directions.middle[a].cosine - reach[b] * directions.middle[b].cosine;
+  const double y = reach[a] * directions.middle[a].sine - reach[b] * directions.middle[b].sine;
+  return std::sqrt(x * x + y * y);
+}
+
+/// The column where a wall was seen last, going from one by steps of 1 or columns - 1.
+std::size_t endOf(const std::vector<std::int32_t>& line, std::size_t at, std::size_t step) {
+  std::size_t end = at;
+  std::size_t breaks = 0;
+  std::size_t c = at;
+  for (std::size_t k = 1; k < line.size(); ++k) {
+    c = (c + step) % line.size();
+    if (line[c] == line[at]) {
+      end = c;
+      breaks = 0;
+    } else if (breaks > ColumnRuns::kBreak) {
+      break;
+    }
+    ++breaks;
+  }
+  return end;
+}
+
+}  // namespace
+
+void ProfileFinder::find(const Posts& posts, const WallSupport& support, const UpwardView& view,
+                         const std::vector<double>& beyond, const std::vector<double>& level_floor,
+                         const ColumnDirections& directions, Profile* profile) {
+  const std::size_t columns = directions.count();
+  profile->distance.assign(columns, 0.0);
+  profile->kind.assign(columns, BoundaryKind::kLimitOfKnowledge);
+  profile->line.assign(columns, -1);
+  takeNearestWalls(support, profile);
+  addFullPosts(posts, view, profile);
+  findOutermost(posts, support);
+  beyond_.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) beyond_[c] = std::max(beyond[c], outermost_[c]);
+  follow(profile);
+  bridge(support, directions, profile);
+  takeOutermost(support, directions, profile);
+  closeOpenings(support, view, level_floor, profile);
+  bridge(support, directions, profile);
+}
+
+void ProfileFinder::takeNearestWalls(const WallSupport& support, Profile* profile) const {
+  for (std::size_t line = 0; line < support.lines(); ++line) {
+    for (std::size_t c = 0; c < support.columns(); ++c) {
+      if (support.full(line)[c] == 0) continue;
+      const double reach = support.reach(line)[c];
+      if (profile->line[c] >= 0 && reach >= profile->distance[c]) continue;
+      profile->distance[c] = reach;
+      profile->kind[c] = BoundaryKind::kWallSeen;
+      profile->line[c] = static_cast<std::int32_t>(line);
+    }
+  }
+}
+
+/// Walls that no straight line fits: posts up to the ceiling, with like neighbours.
+void ProfileFinder::addFullPosts(const Posts& posts, const UpwardView& view, Profile* profile) {
+  nearest_.assign(profile->columns(), kInfinity);
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    const double distance = posts.distance[i];
+    if (posts.count[i] < kStrongPost || !view.tells(distance)) continue;
+    if (!view.isFull(posts.high[i], distance)) continue;
+    nearest_[posts.column[i]] = std::min(nearest_[posts.column[i]], distance);
+  }
+  for (std::size_t c = 0; c < nearest_.size(); ++c) {
+    const bool is_new = profile->distance[c] == 0.0 && nearest_[c] < kInfinity;
+    if (!is_new || likeNeighbors(nearest_, c) < 3) continue;
+    profile->distance[c] = nearest_[c];
+    profile->kind[c] = BoundaryKind::kWallSeen;
+  }
+}
+
+/// The farthest vertical structure of each column; 0 where there is none.
+void ProfileFinder::findOutermost(const Posts& posts, const WallSupport& support) {
+  outermost_.assign(support.columns(), 0.0);
+  for (std::size_t i = 0; i < posts.size(); ++i) {
+    double& farthest = outermost_[posts.column[i]];
+    if (posts.count[i] >= kStrongPost) farthest = std::max(farthest, posts.distance[i]);
+  }
+  for (std::size_t line = 0; line < support.lines(); ++line) {
+    for (std::size_t c = 0; c < support.columns(); ++c) {
+      if (support.seen(line)[c] == 0) continue;
+      outermost_[c] = std::max(outermost_[c], support.reach(line)[c]);
+    }
+  }
+}
+
+void ProfileFinder::takeOutermost(const WallSupport& support, const ColumnDirections& directions,
+                                  Profile* profile) {
+  const std::size_t columns = profile->columns();
+  candidate_.resize(columns);
+  is_rest_.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    candidate_[c] = profile->distance[c] > 0.0 ? profile->distance[c] : outermost_[c];
+  }
+  for (std::size_t c = 0; c < columns; ++c) {
+    // A lone column is a look through a crack: no place to claim floor in.
+    const bool is_rest =
+        profile->distance[c] == 0.0 && outermost_[c] > 0.0 && likeNeighbors(candidate_, c) >= 2;
+    is_rest_[c] = is_rest ? 1 : 0;
+  }
+  for (std::size_t c = 0; c < columns; ++c) {
+    if (is_rest_[c] == 0) continue;
+    profile->distance[c] = outermost_[c];
+    profile->kind[c] = BoundaryKind::kWallSeen;
+  }
+  takeLines(support, directions, profile);
+}
+
+/// Walls of which no top is seen, long enough in all to be bridged along.
+void ProfileFinder::takeLines(const WallSupport& support, const ColumnDirections& directions,
+                              Profile* profile) {
+  is_on_.resize(support.columns());
+  for (std::size_t line = 0; line < support.lines(); ++line) {
+    const double* reach = support.reach(line);
+    for (std::size_t c = 0; c < support.columns(); ++c) {
+      const bool is_on = support.seen(line)[c] != 0 && is_rest_[c] != 0 &&
+                         std::fabs(reach[c] - profile->distance[c]) < kLineHalf;
+      is_on_[c] = is_on ? 1 : 0;
+    }
+    runs_.find(is_on_.data(), is_on_.size());
+    double length = 0.0;
+    for (std::size_t run = 0; run < runs_.count(); ++run) {
+      length += chord(reach, *runs_.begin(run), *(runs_.end(run) - 1), directions);
+    }
+    for (std::size_t c = 0; length > kLong && c < is_on_.size(); ++c) {
+      if (is_on_[c] != 0) profile->line[c] = static_cast<std::int32_t>(line);
+    }
+  }
+}
+
+/// Walls go on across openings whose upper edge lies out of view.
+///
+/// Where the ceiling is in view a lintel shows, or shows to be missing. Where it is not, a wall
+/// farther away between two stretches of one line is seen through a door or a window: floor goes on
+/// to it only if some is measured there.
+void ProfileFinder::closeOpenings(const WallSupport& support, const UpwardView& view,
+                                  const std::vector<double>& level_floor, Profile* profile) {
+  const std::size_t columns = profile->columns();
+  is_on_.resize(columns);
+  for (std::size_t number = 0; number < support.lines(); ++number) {
+    const auto line = static_cast<std::int32_t>(number);
+    for (std::size_t c = 0; c < columns; ++c) is_on_[c] = profile->line[c] == line ? 1 : 0;
+    runs_.find(is_on_.data(), columns);
+    for (std::size_t run = 0; run < runs_.count(); ++run) {
+      const std::size_t last = *(runs_.end(run) - 1);
+      const std::size_t next = *runs_.begin((run + 1) % runs_.count());
+      gap_.clear();
+      for (std::size_t c = (last + 1) % columns; c != next; c = (c + 1) % columns) {
+        gap_.push_back(c);
+      }
+      closeOpening(support.reach(number), view, level_floor, line, profile);
+    }
+  }
+}
+
+/// Closes the gap, if it is an opening, by a line of which this is the reach.
+void ProfileFinder::closeOpening(const double* reach, const UpwardView& view,
+                                 const std::vector<double>& level_floor, std::int32_t line,
+                                 Profile* profile) {
+  const double widest = kWidestGap * static_cast<double>(profile->columns());
+  if (gap_.empty() || static_cast<double>(gap_.size()) > widest) return;
+  std::size_t torn = 0;
+  for (const std::size_t c : gap_) {
+    if (view.tells(reach[c])) return;
+    torn += level_floor[c] > reach[c] + kBeyond ? 1U : 0U;
+  }
+  if (static_cast<double>(torn) > kTorn * static_cast<double>(gap_.size())) return;
+  for (const std::size_t c : gap_) {
+    if (!(profile->distance[c] > reach[c])) continue;
+    profile->distance[c] = reach[c];
+    profile->kind[c] = BoundaryKind::kWallInferred;
+    profile->line[c] = line;
+  }
+}
+
+/// Closes gaps between known walls along a chain of posts that leads from one to the other: a
+/// curved wall of which the top is hidden, mostly. Furniture stands before the walls' ends.
+void ProfileFinder::follow(Profile* profile) {
+  const std::size_t columns = profile->columns();
+  known_.clear();
+  for (std::size_t c = 0; c < columns; ++c) {
+    if (profile->distance[c] > 0.0) known_.push_back(c);
+  }
+  for (std::size_t k = 0; k < known_.size(); ++k) {
+    const std::size_t first = known_[k];
+    const std::size_t after = known_[(k + 1) % known_.size()];
+    const std::size_t length = (after + columns - first - 1) % columns;
+    if (!findChain(*profile, first, after, length)) continue;
+    std::size_t link = 0;
+    for (std::size_t i = 1; i <= length; ++i) {
+      while (chain_[link + 1].place <= i) ++link;
+      const auto& from = chain_[link];
+      const auto& to = chain_[link + 1];
+      const double slope = (to.planar - from.planar) / static_cast<double>(to.place - from.place);
+      const std::size_t c = (first + i) % columns;
+      profile->distance[c] = slope * static_cast<double>(i - from.place) + from.planar;
+      profile->kind[c] =
+          outermost_[c] > 0.0 ? BoundaryKind::kWallSeen : BoundaryKind::kWallInferred;
+    }
+  }
+}
+
+/// Do posts lead from a known column over `length` unknown ones to the next known one?
+bool ProfileFinder::findChain(const Profile& profile, std::size_t first, std::size_t after,
+                              std::size_t length) {
+  chain_.assign(1, {0, profile.distance[first]});
+  for (std::size_t i = 1; i <= length; ++i) {
+    const double planar = outermost_[(first + i) % profile.columns()];
+    if (planar > 0.0) chain_.push_back({i, planar});
+  }
+  if (chain_.size() == 1) return false;
+  chain_.push_back({length + 1, profile.distance[after]});
+  for (std::size_t k = 1; k < chain_.size(); ++k) {
+    const std::size_t turn = chain_[k].place - chain_[k - 1].place;
+    const double nearer = std::min(chain_[k].planar, chain_[k - 1].planar);
+    const double step = (kChainStep + kChainSlope * nearer) * static_cast<double>(turn);
+    if (turn > ColumnRuns::kBreak) return false;
+    if (std::fabs(chain_[k].planar - chain_[k - 1].planar) > step) return false;
+  }
+  return true;
+}
+
+/// Bridges the gaps between known walls, along one wall or round the corner of two.
+///
+/// Along one wall nothing but a wall on both sides is asked for: the floor ends at the line of a
+/// wall whether a door in it is open or not. A corner must lie in the gap, no farther along either
+/// wall than it was seen to be long, and no floor, ceiling or wall may be seen beyond it.
+void ProfileFinder::bridge(const WallSupport& support, const ColumnDirections& directions,
+                           Profile* profile) {
+  known_.clear();
+  for (std::size_t c = 0; c < profile->columns(); ++c) {
+    if (profile->line[c] >= 0) known_.push_back(c);
+  }
+  for (std::size_t k = 0; k < known_.size(); ++k) {
+    const std::size_t first = known_[k];
+    const std::size_t after = known_[(k + 1) % known_.size()];
+    const std::int32_t first_line = profile->line[first];
+    const std::int32_t after_line = profile->line[after];
+    const Bridge bridge{first, after, support.reach(static_cast<std::size_t>(first_line)),
+                        support.reach(static_cast<std::size_t>(after_line))};
+    collectGap(bridge, *profile);
+    if (!isBridged(bridge, directions, *profile)) continue;
+    for (const std::size_t c : gap_) {
+      profile->distance[c] = std::min(bridge.a[c], bridge.b[c]);
+      profile->kind[c] = BoundaryKind::kWallInferred;
+      profile->line[c] = bridge.a[c] <= bridge.b[c] ? first_line : after_line;
+    }
+  }
+}
+
+/// Columns between the two of which nothing is known.
+void ProfileFinder::collectGap(const Bridge& bridge, const Profile& profile) {
+  gap_.clear();
+  const std::size_t columns = profile.columns();
+  const std::size_t length = (bridge.after + columns - bridge.first - 1) % columns;
+  for (std::size_t k = 0; k < length; ++k) {
+    const std::size_t c = (bridge.first + 1 + k) % columns;
+    if (profile.distance[c] == 0.0) gap_.push_back(c);
+  }
+}
+
+bool ProfileFinder::isBridged(const Bridge& bridge, const ColumnDirections& directions,
+                              const Profile& profile) const {
+  const double widest = kWidestGap * static_cast<double>(profile.columns());
+  if (gap_.empty() || static_cast<double>(gap_.size()) > widest) return false;
+  double farthest = 0.0;
+  for (const std::size_t c : gap_)
+    farthest = std::max(farthest, std::min(bridge.a[c], bridge.b[c]));
+  const double seen = std::max(profile.distance[bridge.first], profile.distance[bridge.after]);
+  if (farthest > kFarthestCorner * seen) return false;
+  if (profile.line[bridge.first] == profile.line[bridge.after]) return true;
+  return !isTorn(bridge) && isCorner(bridge, directions, profile);
+}
+
+bool ProfileFinder::isTorn(const Bridge& bridge) const {
+  std::size_t torn = 0;
+  for (const std::size_t c : gap_) {
+    torn += beyond_[c] > std::min(bridge.a[c], bridge.b[c]) + kBeyond ? 1U : 0U;
+  }
+  return static_cast<double>(torn) > kTorn * static_cast<double>(gap_.size());
+}
+
+/// Do two walls meet in the gap, each seen along enough of its length to be drawn on so far?
+bool ProfileFinder::isCorner(const Bridge& bridge, const ColumnDirections& directions,
+                             const Profile& profile) const {
+  const double* a = bridge.a;
+  const double* b = bridge.b;
+  const bool meets = a[bridge.first] <= b[bridge.first] + kMeeting &&
+                     b[bridge.after] <= a[bridge.after] + kMeeting;
+  if (!meets) return false;
+  const auto is_on_first = [&](std::size_t c) { return a[c] <= b[c]; };
+  const auto last_of_first = std::find_if(gap_.rbegin(), gap_.rend(), is_on_first);
+  const auto first_of_after = std::find_if_not(gap_.begin(), gap_.end(), is_on_first);
+  const auto extends = [&](const double* reach, std::size_t at, std::size_t step, std::size_t far) {
+    const double seen = chord(reach, at, endOf(profile.line, at, step), directions);
+    return chord(reach, at, far, directions) <= kExtension * seen;
+  };
+  const std::size_t backward = profile.columns() - 1;
+  return (last_of_first == gap_.rend() || extends(a, bridge.first, backward, *last_of_first)) &&
+         (first_of_after == gap_.end() || extends(b, bridge.after, 1, *first_of_after));
+}
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,145 @@
+"""room_boundary: the compiled core and the reference agree to the last bit."""
+
+import numpy as np
+import pytest
+
+import rooms
+from parity import assert_same_grid, compiled_mounting
+from smoke_ground_reconstruction import Params, Pipeline
+from smoke_ground_reconstruction.reference.floor_model import fit_floor
+from smoke_ground_reconstruction.reference.room_boundary import RoomBoundary
+from smoke_ground_reconstruction.reference.scan import Mounting
+from smoke_ground_reconstruction.reference.sensor_model import SensorModel
+
+ELEVATIONS_DEG = np.linspace(-52.0, 50.0, 64)
+FLOOR_NUMBERS = ("weight", "noise", "uneven", "height_error")
+SURFACE = ("xyz", "intensity", "ring", "provenance", "boundary", "boundary_kind")
+
+
+def box(noise=0.01, walls=(3.4, 3.0, -3.4, -3.0), ceiling=1.9, seed=0):
+    """A room seen from 0.7 m."""
+    return rooms.box_room(walls, ceiling, -0.7, ELEVATIONS_DEG, 0.4, noise, seed)[0]
+
+
+def turned(view, roll_deg, pitch_deg):
+    """The scan of a sensor that hangs askew, and the rotation that levels it."""
+    rotation = rooms.tilt(roll_deg, pitch_deg)
+    xyz = (view.xyz.astype(np.float64) @ rotation).astype(np.float32)
+    return view._replace(xyz=xyz), rotation
+
+
+def drilled(view, seed):
+    """The scan with sectors of it hidden by thick smoke."""
+    rng = np.random.default_rng(seed)
+    azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0])) % 360.0
+    keep = np.ones(len(azimuth), bool)
+    for _ in range(6):
+        begin, width = rng.uniform(0.0, 360.0), rng.uniform(3.0, 40.0)
+        keep &= ((azimuth - begin) % 360.0 > width) | (view.xyz[:, 2] < rng.uniform(-0.7, 1.0))
+    return view.select(keep & (rng.random(len(keep)) < rng.uniform(0.2, 1.0)))
+
+
+def assert_same_floor(actual, expected):
+    np.testing.assert_array_equal(actual.plane, expected.plane)
+    np.testing.assert_array_equal(actual.covariance, expected.covariance.ravel())
+    assert actual.source == expected.source
+    for name in FLOOR_NUMBERS:
+        assert getattr(actual, name) == getattr(expected, name)
+
+
+def assert_parity(core, view, mounting=None, methods=None):
+    """Both engines on one scan; returns the reference's answer."""
+    mounting = mounting or Mounting()
+    compiled, reference = methods or (core.RoomBoundary(), RoomBoundary())
+    sensor, compiled_sensor = SensorModel(), core.SensorModel()
+    sensor.observe(view)
+    compiled_sensor.observe(view.xyz, view.ring)
+    expected = reference.reconstruct(view, sensor, mounting)
+    actual = compiled.reconstruct(*view, compiled_sensor, compiled_mounting(core, mounting))
+    assert_same_floor(actual.floor, expected.floor)
+    for name in ("distance", "kind", "line"):
+        np.testing.assert_array_equal(getattr(actual, name), getattr(expected.profile, name))
+    np.testing.assert_array_equal(actual.drop_begin, expected.drops.begin)
+    np.testing.assert_array_equal(actual.limit, expected.limit)
+    np.testing.assert_array_equal(actual.labels, expected.labels)
+    for name in SURFACE:
+        found, wanted = (getattr(surface, name) for surface in (actual.surface, expected.surface))
+        np.testing.assert_array_equal(found, wanted)
+    np.testing.assert_array_equal(actual.surface.floor_plane, expected.surface.floor_plane)
+    return expected
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_floor_among_walls_and_furniture(core, seed):
+    rng = np.random.default_rng(seed)
+    xy = rng.uniform(-4.0, 4.0, (2000, 2))
+    z = 0.03 * xy[:, 0] - 0.72 + 0.01 * rng.standard_normal(2000)
+    wall = np.column_stack([np.full(500, 4.0), rng.uniform(-4, 4, 500), rng.uniform(-0.8, 1, 500)])
+    xyz = np.vstack([np.column_stack([xy, z]), wall]).astype(np.float32)
+    assert_same_floor(core.fit_floor(xyz, 0.7), fit_floor(xyz.astype(np.float64), 0.7))
+
+
+def test_no_floor(core):
+    assert_same_floor(
+        core.fit_floor(np.zeros((0, 3), np.float32), 0.7), fit_floor(np.zeros((0, 3)), 0.7)
+    )
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_seeded_rooms(core, seed):
+    assert len(assert_parity(core, rooms.seeded_cloud(seed)).surface) > 0
+
+
+def test_rooms_half_hidden(core):
+    found = [assert_parity(core, drilled(box(seed=seed), seed)) for seed in (0, 2, 3)]
+    assert len(set(np.concatenate([result.profile.kind for result in found]))) > 1
+
+
+@pytest.mark.parametrize("knows", [True, False], ids=["known", "found"])
+def test_tilted_sensor(core, knows):
+    view, rotation = turned(box(), 2.0, -3.0)
+    assert_parity(core, view, Mounting(rotation, 0.7) if knows else None)
+
+
+def test_ceiling_out_of_view(core):
+    assert_parity(core, box(ceiling=8.0, walls=(6.0, 9.0, -5.0, -7.0)))
+
+
+def test_the_last_good_floor_is_kept(core):
+    methods = core.RoomBoundary(), RoomBoundary()
+    view = box()
+    assert_parity(core, view, methods=methods)
+    above = view.select(view.xyz[:, 2] > 0.0)
+    found = assert_parity(core, above, methods=methods)
+    assert found.floor.source == 1
+
+
+def test_real_scans(core, every_real_scan):
+    assert len(assert_parity(core, rooms.read_scan(every_real_scan)).surface) > 0
+
+
+@pytest.mark.parametrize("count", [0, 1, 10])
+def test_few_points(core, count):
+    assert_parity(core, box().select(slice(0, count)))
+
+
+def test_one_ring_nothing_but_nan_and_no_order(core):
+    view = box()
+    assert_parity(core, view.select(view.ring == 3))
+    assert_parity(core, view._replace(xyz=np.full_like(view.xyz, np.nan)))
+    order = np.random.default_rng(0).permutation(len(view.xyz))
+    assert_parity(core, view.select(order))
+
+
+@pytest.mark.parametrize("seed", (0, 2))
+def test_the_pipeline_s_answer(core, seed):
+    params = Params.from_dict({"reconstructor": {"method": "room_boundary"}})
+    view, rotation = turned(drilled(box(seed=seed), seed), 1.0, 4.0)
+    actual, expected = (
+        Pipeline(params, engine).process(*view, rotation=rotation) for engine in ("cpp", "python")
+    )
+    np.testing.assert_array_equal(actual.labels, expected.labels)
+    np.testing.assert_array_equal(actual.clusters, expected.clusters)
+    np.testing.assert_array_equal(actual.surface, expected.surface)
+    assert_same_grid(actual.occupancy, expected.occupancy)
+    assert list(actual.times) == list(expected.times)
