@@ -46,6 +46,9 @@ class Result:
         Per vertex: 0 wall seen, 1 wall inferred, 2 limit of knowledge.
     floor_plane : (3,) float64
         a, b, c of z = a x + b y + c, sensor frame.
+    sigma : (M,) float32
+        One sigma of the surface points' heights as those of the floor [m]; NaN where none is
+        stated.
     occupancy : object
         ``cells`` (height, width) int8 (0 floor, 100 wall, -1 unknown) in the level frame, their
         edge ``resolution`` [m], and the corner ``first_column``, ``first_row`` in cells.
@@ -63,6 +66,7 @@ class Result:
     boundary: np.ndarray
     boundary_kind: np.ndarray
     floor_plane: np.ndarray
+    sigma: np.ndarray
     occupancy: Any
     times: Dict[str, float]
 
@@ -120,10 +124,18 @@ class Pipeline:
             labels=answer.labels,
             clusters=answer.clusters,
             surface=answer.surface.xyz,
+            sigma=_sigma_of(answer.surface),
             occupancy=answer.occupancy,
             times=answer.times,
             **arrays,
         )
+
+
+def _sigma_of(surface):
+    sigma = getattr(surface, "sigma", None)
+    if sigma is None or len(sigma) == 0:
+        return np.full(len(surface.xyz), np.nan, np.float32)
+    return np.asarray(sigma)
 
 
 class _CompiledBackend:

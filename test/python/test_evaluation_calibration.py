@@ -10,6 +10,7 @@ from smoke_ground_reconstruction.evaluation.calibration import (
     pooled,
     reliability,
 )
+from smoke_ground_reconstruction.evaluation.heights import covered_share
 
 CONFIDENCE = [0.95, 0.95, 0.55, 0.15]
 RIGHT = [True, False, True, False]
@@ -55,6 +56,15 @@ def test_cells_that_count_neither_way_are_left_out():
     truth.under_sensor[:] = truth.visible_floor
     assert reliability(xyz, np.full(len(xyz), 0.5), truth).total == 0
     assert reliability(np.zeros((0, 3)), np.zeros(0), truth).total == 0
+
+
+def test_two_sigma_cover_half_of_two_cells():
+    truth = rectangle_truth()
+    xyz = points_of_cells(truth, truth.visible_floor)[:2]
+    xyz[:, 2] += [0.019, -0.021]  # 19 mm too high, 21 mm too low; two sigma are 20 mm
+    assert covered_share(xyz, [0.010, 0.010], truth) == 0.5
+    assert covered_share(xyz, [0.010, 0.011], truth) == 1.0
+    assert covered_share(xyz[:0], [], truth) is None
 
 
 def test_weights_that_give_the_shares_seen():

@@ -142,6 +142,19 @@ def test_one_line_of_returns_is_no_plane():
 # --- the walls -----------------------------------------------------------------------------------
 
 
+def test_sigma_of_measured_and_drawn_points():
+    found = reconstruct(room_scan(noise=0.01))
+    xyz, measured = found.surface.xyz.astype(float), found.surface.provenance == 0
+    sigma = found.surface.sigma
+    assert sigma.dtype == np.float32 and len(sigma) == len(xyz)
+    # A range's noise of 10 mm by the sine of the grazing angle.
+    sine = 0.7 / np.sqrt((xyz[measured] ** 2).sum(axis=1))
+    np.testing.assert_allclose(sigma[measured], 0.01 * sine, rtol=0.25)
+    # Between the rings the floor's unevenness of at least 3 mm, and next to nothing more.
+    assert sigma[~measured].min() >= 0.003
+    assert np.median(sigma[~measured]) < 0.005
+
+
 def test_profile_of_a_box_room():
     found = reconstruct(room_scan(noise=0.01))
     assert np.all(found.profile.kind == SEEN)

@@ -105,12 +105,18 @@ def occupancy(grid, xyz):
 def mean_height(grid, xyz):
     """Mean z of the points of each cell [m], float64 of the grid's shape; NaN in empty cells."""
     xyz = finite_points(xyz)
+    return cell_mean(grid, xyz, xyz[:, 2])
+
+
+def cell_mean(grid, xyz, values):
+    """Mean of the values (N,) of the points (N, 3) in each cell, of the grid's shape; NaN in empty
+    cells."""
     rows, columns = grid.rows_columns(xyz)
     inside = grid.contains(rows, columns)
     flat = rows[inside] * grid.shape[1] + columns[inside]
     size = grid.shape[0] * grid.shape[1]
     count = np.bincount(flat, minlength=size)
-    total = np.bincount(flat, weights=xyz[inside, 2], minlength=size)
+    total = np.bincount(flat, weights=values[inside], minlength=size)
     with np.errstate(invalid="ignore"):
         return (total / count).reshape(grid.shape)
 

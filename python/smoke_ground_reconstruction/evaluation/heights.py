@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from smoke_ground_reconstruction.evaluation import grids
 from smoke_ground_reconstruction.evaluation.grids import mean_height
 
 
@@ -62,3 +63,24 @@ def height_errors(grid, xyz, truth, true_positive):
     plain = true_positive & ~truth.edge_crossing
     crossed = true_positive & truth.edge_crossing
     return HeightErrors(np.where(plain, error, np.nan), np.where(crossed, error, np.nan))
+
+
+def covered_share(xyz, sigma, truth):
+    """Share of the claimed floor cells whose height error is within two of the sigmas stated.
+
+    Cells that the edge of a step crosses are left out; a cell's sigma is the mean of its points'.
+
+    Args:
+        xyz: (N, 3) output points in the level frame [m], finite.
+        sigma: (N,) one sigma of their heights [m].
+        truth: FloorTruth.
+
+    Returns:
+        The share; None where no cell is scored.
+    """
+    grid = grids.CellGrid.of(truth)
+    counts = truth.visible_floor & ~grids.ignored_cells(truth)
+    error = height_errors(grid, xyz, truth, counts).cells
+    stated = grids.cell_mean(grid, xyz, np.asarray(sigma, np.float64))
+    scored = np.isfinite(error) & np.isfinite(stated)
+    return _of(np.mean, np.abs(error[scored]) <= 2.0 * stated[scored])

@@ -144,7 +144,7 @@ def _pipeline(load_params, engine=None):
             labels=result.labels,
             provenance=result.provenance,
             confidence=result.confidence,
-            sigma=getattr(result, "sigma", None),
+            sigma=result.sigma if np.isfinite(result.sigma).all() else None,
             floor_plane=result.floor_plane,
             times=dict(result.times),
         )

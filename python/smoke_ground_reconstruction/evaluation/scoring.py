@@ -1,6 +1,7 @@
 """All scores of one method on one scan, as plain numbers."""
 
 from smoke_ground_reconstruction.evaluation.calibration import reliability
+from smoke_ground_reconstruction.evaluation.heights import covered_share
 from smoke_ground_reconstruction.evaluation.point_scores import denoising_score, segmentation_score
 from smoke_ground_reconstruction.evaluation.world import Truth
 from smoke_ground_reconstruction.evaluation.yardstick import score_floor
@@ -16,9 +17,9 @@ def score_output(output, scan, truths):
         truths: FloorTruth by edge of its cells [m].
 
     Returns:
-        A dict with those of "floor" and "calibration" (by edge of the cells, as text),
-        "denoising", "ground" and "walls" that the output speaks of, and "times" in milliseconds by
-        stage.
+        A dict with those of "floor", "calibration" and "coverage" (by edge of the cells, as
+        text), "denoising", "ground" and "walls" that the output speaks of, and "times" in
+        milliseconds by stage.
     """
     scores = {"times": {name: float(value) for name, value in output.times.items()}}
     if output.surface is not None:
@@ -29,6 +30,11 @@ def score_output(output, scan, truths):
         if output.confidence is not None:
             scores["calibration"] = {
                 f"{cell:g}": reliability(level, output.confidence, truth).to_dict()
+                for cell, truth in truths.items()
+            }
+        if output.sigma is not None:
+            scores["coverage"] = {
+                f"{cell:g}": covered_share(level, output.sigma, truth)
                 for cell, truth in truths.items()
             }
     if output.kept is not None:

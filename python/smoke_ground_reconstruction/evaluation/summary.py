@@ -39,6 +39,7 @@ def figures(cells):
     for cell in cells:
         for name in ("iou", "recall", "accuracy", "f1", "knowable_recall", "knowable_iou"):
             found.append(Figure(f"{name}@{cell}", ("floor", cell, name), min))
+        found.append(Figure(f"coverage@{cell}", ("coverage", cell), min))
         found.append(Figure(f"precision@{cell}", ("floor", cell, "precision"), min))
         found.append(Figure(f"hole_precision@{cell}", ("floor", cell, "hole_precision"), min))
         found.append(Figure(f"hole_claimed@{cell}", ("floor", cell, "hole_claimed"), max))

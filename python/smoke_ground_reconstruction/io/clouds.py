@@ -56,6 +56,7 @@ class Floor:
     boundary_kind : (M,) uint8: 0 wall seen, 1 wall inferred, 2 limit of knowledge
     floor_plane : (3,) float64, a, b, c of z = a x + b y + c, or None where the file holds none
     walls : (K, 3) float32, wall points, or None where the file holds none
+    sigma : (N,) float32, one sigma of the points' heights [m], or None where the file holds none
     """
 
     xyz: np.ndarray
@@ -67,6 +68,7 @@ class Floor:
     boundary_kind: np.ndarray = field(default_factory=lambda: np.zeros(0, np.uint8))
     floor_plane: Optional[np.ndarray] = None
     walls: Optional[np.ndarray] = None
+    sigma: Optional[np.ndarray] = None
     stamp_ns: int = DEFAULT_STAMP_NS
     frame_id: str = DEFAULT_FRAME
 
@@ -112,7 +114,7 @@ def floor_from_fields(path: str, fields: Dict[str, np.ndarray]) -> Floor:
     ------
     DataError : as `scan_from_fields`.
     """
-    columns = _columns(path, fields, FLOOR_FIELDS, optional=("intensity",))
+    columns = _columns(path, fields, FLOOR_FIELDS, optional=("intensity", "sigma"))
     count = len(columns["x"])
     return Floor(
         xyz=np.column_stack([columns[name].astype(np.float32) for name in "xyz"]),
@@ -120,6 +122,7 @@ def floor_from_fields(path: str, fields: Dict[str, np.ndarray]) -> Floor:
         provenance=columns["provenance"].astype(np.uint8),
         confidence=columns["confidence"].astype(np.float32),
         intensity=columns.get("intensity", np.zeros(count)).astype(np.float32),
+        sigma=columns["sigma"].astype(np.float32) if "sigma" in columns else None,
     )
 
 
@@ -137,6 +140,7 @@ def floor_of_result(result, scan: LidarScan) -> Floor:
         boundary_kind=result.boundary_kind,
         floor_plane=result.floor_plane,
         walls=scan.xyz[result.clusters != NO_CLUSTER],
+        sigma=result.sigma,
         stamp_ns=scan.stamp_ns,
         frame_id=scan.frame_id,
     )
@@ -156,6 +160,8 @@ def fields_of_floor(floor: Floor) -> Dict[str, np.ndarray]:
     """Named columns of a floor's points, as `floor_from_fields` reads them."""
     fields = {name: np.ascontiguousarray(floor.xyz[:, k]) for k, name in enumerate("xyz")}
     fields.update(ring=floor.ring, provenance=floor.provenance, confidence=floor.confidence)
+    if floor.sigma is not None:
+        fields["sigma"] = floor.sigma
     return fields
 
 

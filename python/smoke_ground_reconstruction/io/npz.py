@@ -60,7 +60,7 @@ def read_floor(path: str) -> Floor:
 
 
 def write_floor(path: str, floor: Floor) -> None:
-    """Writes `x y z ring provenance confidence boundary boundary_kind floor_plane`."""
+    """Writes `x y z ring provenance confidence sigma boundary boundary_kind floor_plane`."""
     arrays = clouds.fields_of_floor(floor)
     plane = np.full(3, np.nan) if floor.floor_plane is None else floor.floor_plane
     arrays.update(

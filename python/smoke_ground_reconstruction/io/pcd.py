@@ -37,7 +37,8 @@ def read_floor(path: str) -> Floor:
 
 
 def write_floor(path: str, floor: Floor) -> None:
-    """Writes `x y z intensity ring provenance confidence`; the format has no place for the rest."""
+    """Writes `x y z intensity ring provenance confidence sigma`; the format has no place for the
+    rest."""
     fields = clouds.fields_of_floor(floor)
     _write(path, {**fields, "intensity": floor.intensity})
 

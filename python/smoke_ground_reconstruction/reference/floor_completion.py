@@ -160,7 +160,7 @@ def _fill_begin(column):
     return _FILL if step == 16 else _FILL / (2 * step * _COLUMN)
 
 
-def merge(view, valid, room, claim, drawn, outline, sensor, mounting, plane):
+def merge(view, valid, room, claim, drawn, outline, sensor, mounting, floor):
     """The surface: measured points in input order, then the drawn ones.
 
     Parameters
@@ -172,7 +172,7 @@ def merge(view, valid, room, claim, drawn, outline, sensor, mounting, plane):
         Of :func:`outline_of`.
     sensor : SensorModel
     mounting : Mounting
-    plane : (3,) float64
+    floor : FloorModel
         In the level frame.
     """
     kept = valid[claim.measured]
@@ -187,8 +187,24 @@ def merge(view, valid, room, claim, drawn, outline, sensor, mounting, plane):
         np.repeat(provenance, [len(kept), count]),
         np.concatenate(confidence),
         *outline,
-        rotated_plane(plane, mounting.rotation.T),
+        rotated_plane(floor.plane, mounting.rotation.T),
+        np.concatenate([_measured_sigma(room, claim, floor), _drawn_sigma(room, drawn, floor)]),
     )
+
+
+def _measured_sigma(room, claim, floor):
+    """Of the measured points' heights: the range's noise by the grazing angle [m], float32."""
+    x, y, z = room.xyz[claim.measured].T
+    sine = np.abs(z) / np.sqrt((x * x + y * y) + z * z)
+    return (floor.noise * sine).astype(np.float32)
+
+
+def _drawn_sigma(room, drawn, floor):
+    """Of the drawn points' heights: the plane's, its unevenness and the relief's [m], float32."""
+    x, y, _ = rotated(room.rotation.T, drawn.xyz.astype(np.float32)).astype(np.float64).T
+    relief = room.relief.sigma(drawn.xyz[:, :2])
+    plane = floor.sigma(x, y)
+    return np.sqrt(plane * plane + relief * relief).astype(np.float32)
 
 
 def outline_of(room, claim, directions, mounting):

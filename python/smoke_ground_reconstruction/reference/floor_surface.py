@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
+from typing import Optional
 
 import numpy as np
 
@@ -44,6 +45,8 @@ class FloorSurface:
         BoundaryKind per vertex.
     floor_plane : (3,) float64
         a, b, c of z = a x + b y + c.
+    sigma : (M,) float32, optional
+        One sigma of the point's height as that of the floor [m]; None where a method states none.
     """
 
     xyz: np.ndarray
@@ -54,6 +57,7 @@ class FloorSurface:
     boundary: np.ndarray
     boundary_kind: np.ndarray
     floor_plane: np.ndarray
+    sigma: Optional[np.ndarray] = None
 
     def __len__(self):
         return len(self.xyz)

@@ -98,7 +98,7 @@ class RoomBoundary:
         claim = claim_floor(room)
         drawn = draw_floor(room, claim, self._directions, self._bins, sensor, mounting)
         outline = outline_of(room, claim, self._directions, mounting)
-        surface = merge(view, valid, room, claim, drawn, outline, sensor, mounting, floor.plane)
+        surface = merge(view, valid, room, claim, drawn, outline, sensor, mounting, floor)
         labels = np.full(len(view.xyz), Label.INVALID, np.uint8)
         labels[valid] = _labels(room, claim.measured)
         visibility = room.visibility(self._visibility)
