@@ -210,6 +210,19 @@ def test_the_share_of_floor_returns_that_survives_is_the_one_asked_for(qt128, mo
     assert floor / np.count_nonzero(recorded.is_floor) == pytest.approx(0.66, abs=0.01)
 
 
+def test_the_share_of_floor_cells_that_survive_is_the_one_asked_for(qt128):
+    """Far cells go first: two thirds of the cells are left by more than three quarters of the returns,
+    for these are dense near the sensor."""
+    recorded, _ = recorded_room(qt128)
+    extinction = overlay.extinction_for_survival(recorded, qt128, SMOKE, 0.66, cell=0.2)
+    result = overlay.overlay(recorded, qt128, SMOKE.with_extinction(extinction))
+    floor = result["xyz"][result["truth"] == sim.Truth.FLOOR]
+    clear = (recorded.directions * recorded.ranges[:, None])[recorded.is_floor]
+    left, all_cells = (len(np.unique(np.floor(xyz[:, :2] / 0.2), axis=0)) for xyz in (floor, clear))
+    assert left / all_cells == pytest.approx(0.66, abs=0.02)
+    assert len(floor) > 0.75 * len(clear)
+
+
 def test_an_overlay_fades_as_beer_and_lambert_say(qt128):
     recorded, _ = recorded_room(qt128)
     smoke = replace(SMOKE, sigma_ln=0.0, mean_extinction=0.2)
