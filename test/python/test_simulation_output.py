@@ -211,8 +211,8 @@ def test_the_share_of_floor_returns_that_survives_is_the_one_asked_for(qt128, mo
 
 
 def test_the_share_of_floor_cells_that_survive_is_the_one_asked_for(qt128):
-    """Far cells go first: two thirds of the cells are left by more than three quarters of the returns,
-    for these are dense near the sensor."""
+    """Far cells go first, and returns are dense near the sensor: more than three quarters of them
+    are left in two thirds of the cells."""
     recorded, _ = recorded_room(qt128)
     extinction = overlay.extinction_for_survival(recorded, qt128, SMOKE, 0.66, cell=0.2)
     result = overlay.overlay(recorded, qt128, SMOKE.with_extinction(extinction))
