@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "smoke_ground_reconstruction/bounding_box.hpp"
 #include "smoke_ground_reconstruction/neighbor_counter.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
 
@@ -44,6 +45,7 @@ class WindowCounter : public NeighborCounter {
   };
   void chooseBuckets();
   void fillBuckets();
+  const std::uint32_t* rowBegin(int shell, int row) const;
   Spot spotOf(std::size_t index) const;
   double radiusPerRange(std::size_t index, double squared_radius) const;
   Reach reachOf(double lowest_sine, double highest_sine, double radius_per_range) const;
@@ -57,6 +59,16 @@ class WindowCounter : public NeighborCounter {
                         std::size_t limit) const;
   bool isBetween(std::size_t index, double squared_radius, std::size_t more_than,
                  std::size_t at_most, const std::vector<Run>& runs) const;
+  template <typename Part>
+  void forEachPart(float column, float to_the_side, const Part& part) const;
+  void boundBuckets(std::vector<BoundingBox>* boxes) const;
+  void sumShells(std::vector<std::uint32_t>* sums) const;
+  bool isSurelyBetween(std::size_t index, double squared_radius, const Crowd& crowd,
+                       const std::vector<BoundingBox>& boxes,
+                       const std::vector<std::uint32_t>& sums) const;
+  std::size_t mostAround(int shell, int row, int column) const;
+  std::size_t mostIn(const Spot& spot, double radius_per_range,
+                     const std::vector<std::uint32_t>& sums) const;
   void countAlongRows(const Crowd& crowd, std::vector<std::int32_t>* at_least) const;
 
   double radius_per_range_;

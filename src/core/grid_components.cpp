@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "smoke_ground_reconstruction/bounding_box.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
@@ -69,31 +70,6 @@ class KeyTable {
   Recycled<std::uint64_t> keys_;  // by number
 };
 
-/// Where the points of a cell lie: each coordinate's least and greatest.
-struct Box {
-  std::array<float, 3> low;
-  std::array<float, 3> high;
-
-  void add(const std::array<float, 3>& p) {
-    for (std::size_t a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], p[a]);
-      high[a] = std::max(high[a], p[a]);
-    }
-  }
-};
-
-/// No two points of the boxes are nearer than this, rounding included: differences, squares and
-/// sums are those of squaredDistance(), and each of them grows with its operands.
-double leastSquaredDistance(const Box& a, const Box& b) {
-  std::array<float, 3> from;
-  std::array<float, 3> to;
-  for (std::size_t i = 0; i < 3; ++i) {
-    from[i] = a.high[i] < b.low[i] ? a.high[i] : (b.high[i] < a.low[i] ? a.low[i] : 0.0F);
-    to[i] = a.high[i] < b.low[i] ? b.low[i] : (b.high[i] < a.low[i] ? b.high[i] : 0.0F);
-  }
-  return squaredDistance(from[0], from[1], from[2], to[0], to[1], to[2]);
-}
-
 /// Stable sort of entries by a key of few bits, eleven of them at a time.
 template <typename Key>
 void sortEntries(std::uint32_t largest_key, const Key& key, std::vector<std::uint32_t>* entries) {
@@ -126,7 +102,7 @@ class CellGrid {
   const std::array<float, 3>& point(std::uint32_t sorted) const { return point_[sorted]; }
   /// Place of a point in the list of points.
   std::uint32_t entry(std::uint32_t sorted) const { return entry_[sorted]; }
-  const Box& box(std::uint32_t cell) const { return box_[cell]; }
+  const BoundingBox& box(std::uint32_t cell) const { return box_[cell]; }
 
   /// Calls visit(a, b) once for each two cells at most `reach` cells apart on every axis.
   template <typename Visit>
@@ -191,7 +167,7 @@ class CellGrid {
       if (in_new_column || level[e] != level_.back()) {
         level_.push_back(level[e]);
         begin_.push_back(i);
-        box_.push_back({point_[i], point_[i]});
+        box_.emplace_back();
       }
       box_.back().add(point_[i]);
     }
@@ -226,7 +202,7 @@ class CellGrid {
   Recycled<std::uint32_t> column_begin_;  // the first cell, by column
   Recycled<std::uint32_t> level_;         // of a cell in its column
   Recycled<std::uint32_t> begin_;         // the first point, by cell
-  Recycled<Box> box_;                     // by cell
+  Recycled<BoundingBox> box_;             // by cell
   Recycled<std::array<float, 3>> point_;  // cell by cell
   Recycled<std::uint32_t> entry_;
 };
@@ -237,7 +213,7 @@ std::vector<std::uint32_t> componentsOfTightCells(const CellGrid& grid, double t
                                                   std::size_t point_count) {
   const double squared_tolerance = tolerance * tolerance;
   const auto are_linked = [&](std::uint32_t a, std::uint32_t b) {
-    if (leastSquaredDistance(grid.box(a), grid.box(b)) >= squared_tolerance) return false;
+    if (grid.box(a).leastSquaredDistance(grid.box(b)) >= squared_tolerance) return false;
     for (std::uint32_t i = grid.begin(a); i < grid.begin(a + 1); ++i) {
       const auto& p = grid.point(i);
       for (std::uint32_t j = grid.begin(b); j < grid.begin(b + 1); ++j) {

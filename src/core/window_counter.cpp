@@ -4,7 +4,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
+#include <numeric>
+#include <utility>
 
 #include "azimuth.hpp"
 #include "multiversion.hpp"
@@ -34,10 +35,11 @@ constexpr std::size_t kAlongRow = 4;   // places looked at to either side of a p
 constexpr std::uint32_t kChunk = 64;   // points counted before asking whether they are enough
 constexpr int kMostBuckets = 1 << 17;  // more cost more to clear than they save
 
-// Shells of range, each sqrt(2) times as far as the one before: by the exponent of squared ranges.
-constexpr int kMostShells = 18;
-constexpr unsigned kExponentBit = 23;
-constexpr int kFirstExponent = 127 - 4;  // the second shell begins at 2^-2 m, the last at 64 m
+// Shells of range, each twice as far as the one before: by half the exponent of squared ranges.
+constexpr int kMostShells = 10;
+constexpr unsigned kExponentBit = 24;
+constexpr int kFirstExponent =
+    (127 - 4) / 2;  // the second shell begins at 2^-2 m, the last at 64 m
 
 /// Where points lie as seen from the sensor, in rows and columns of buckets.
 struct Raster {
@@ -93,6 +95,10 @@ void findBuckets(const float* x, const float* y, const float* z, std::size_t siz
 
 /// Places [begin, end).
 using Run = WindowCounter::Run;
+
+/// Steps in rows and columns from a bucket to itself and those around it, the nearest first.
+constexpr std::array<std::pair<int, int>, 9> kAround = {
+    {{0, 0}, {0, -1}, {0, 1}, {-1, 0}, {1, 0}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
 
 /// What a single-precision look at candidates tells.
 struct Tally {
@@ -234,6 +240,11 @@ void WindowCounter::fillBuckets() {
   }
 }
 
+const std::uint32_t* WindowCounter::rowBegin(int shell, int row) const {
+  return &bucket_begin_[static_cast<std::size_t>(shell * rows_ + row) *
+                        static_cast<std::size_t>(columns_)];
+}
+
 /// \param radius_per_range  sine of the window's half angle; 1 or more: every direction.
 WindowCounter::Reach WindowCounter::reachOf(double lowest_sine, double highest_sine,
                                             double radius_per_range) const {
@@ -314,21 +325,25 @@ void WindowCounter::collectShell(int shell, const Spot& spot, const Reach& reach
   }
 }
 
-void WindowCounter::collectRow(int shell, int row, const Spot& spot, float columns,
-                               std::vector<Run>* runs) const {
-  const std::uint32_t* begin = &bucket_begin_[static_cast<std::size_t>(shell * rows_ + row) *
-                                              static_cast<std::size_t>(columns_)];
-  const auto add = [&](int from, int to) {
-    if (begin[from] < begin[to]) runs->push_back({begin[from], begin[to]});
-  };
-  if (2.0F * columns + 2.0F >= static_cast<float>(columns_)) return add(0, columns_);
+/// Calls part(first, end) for the columns around one, across +x as well.
+template <typename Part>
+void WindowCounter::forEachPart(float column, float to_the_side, const Part& part) const {
+  if (2.0F * to_the_side + 2.0F >= static_cast<float>(columns_)) return part(0, columns_);
   // From one turn further: casts round towards zero.
   const int first =
-      static_cast<int>(spot.column - columns + static_cast<float>(columns_)) - columns_;
-  const int last = static_cast<int>(spot.column + columns);
-  add(std::max(first, 0), std::min(last + 1, columns_));
-  if (first < 0) add(first + columns_, columns_);
-  if (last >= columns_) add(0, last + 1 - columns_);
+      static_cast<int>(column - to_the_side + static_cast<float>(columns_)) - columns_;
+  const int last = static_cast<int>(column + to_the_side);
+  part(std::max(first, 0), std::min(last + 1, columns_));
+  if (first < 0) part(first + columns_, columns_);
+  if (last >= columns_) part(0, last + 1 - columns_);
+}
+
+void WindowCounter::collectRow(int shell, int row, const Spot& spot, float columns,
+                               std::vector<Run>* runs) const {
+  const std::uint32_t* begin = rowBegin(shell, row);
+  forEachPart(spot.column, columns, [&](int from, int to) {
+    if (begin[from] < begin[to]) runs->push_back({begin[from], begin[to]});
+  });
 }
 
 std::size_t WindowCounter::countRuns(std::size_t index, double squared_radius,
@@ -388,6 +403,12 @@ void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, cons
   outsiders->clear();
   Recycled<std::int32_t> at_least;
   countAlongRows(crowd, &at_least);
+  Recycled<BoundingBox> boxes;
+  Recycled<std::uint32_t> sums;
+  if (at_least.empty()) {
+    boundBuckets(&boxes);
+    sumShells(&sums);
+  }
   Recycled<Run> runs;
   for (const std::uint32_t i : points) {
     if (!at_least.empty() && static_cast<std::size_t>(at_least[place_[i]]) > crowd.more_than) {
@@ -395,11 +416,94 @@ void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, cons
     }
     const double squared_radius = squaredRadius(i, crowd.radius_per_range);
     if (squared_radius > 0.0) {
+      if (!boxes.empty() && isSurelyBetween(i, squared_radius, crowd, boxes, sums)) continue;
       collectRuns(i, crowd.radius_per_range, &runs);
       if (isBetween(i, squared_radius, crowd.more_than, crowd.at_most, runs)) continue;
     }
     outsiders->push_back(i);
   }
+}
+
+/// Where the points of each bucket lie.
+void WindowCounter::boundBuckets(std::vector<BoundingBox>* boxes) const {
+  boxes->clear();
+  for (std::size_t bucket = 0; bucket + 2 < bucket_begin_.size(); ++bucket) {
+    BoundingBox box;
+    for (std::uint32_t at = bucket_begin_[bucket]; at < bucket_begin_[bucket + 1]; ++at) {
+      box.add({x_[at], y_[at], z_[at]});
+    }
+    boxes->push_back(box);
+  }
+}
+
+/// Points in a row before each column and behind its last one, whatever their range.
+void WindowCounter::sumShells(std::vector<std::uint32_t>* sums) const {
+  const auto columns = static_cast<std::size_t>(columns_);
+  const auto rows = static_cast<std::size_t>(rows_);
+  sums->assign(rows * (columns + 1), 0);
+  for (std::size_t bucket = 0; bucket + 2 < bucket_begin_.size(); ++bucket) {
+    const std::size_t row = bucket / columns % rows;
+    (*sums)[row * (columns + 1) + bucket % columns + 1] +=
+        bucket_begin_[bucket + 1] - bucket_begin_[bucket];
+  }
+  for (std::size_t row = 0; row < rows; ++row) {
+    const auto begin = sums->begin() + static_cast<std::ptrdiff_t>(row * (columns + 1));
+    std::partial_sum(begin, begin + static_cast<std::ptrdiff_t>(columns + 1), begin);
+  }
+}
+
+/// Do whole buckets around a point settle that it is one of a crowd? Those whose every corner is
+/// inside the ball count as they are; in no bucket of the window can there be more than the sums
+/// say. False tells nothing.
+bool WindowCounter::isSurelyBetween(std::size_t index, double squared_radius, const Crowd& crowd,
+                                    const std::vector<BoundingBox>& boxes,
+                                    const std::vector<std::uint32_t>& sums) const {
+  const Spot spot = spotOf(index);
+  if (spot.is_near) return false;
+  const int shell = shellOfSquare(spot.squared_range, shells_);
+  const int own_row = std::min(static_cast<int>(spot.row), rows_ - 1);
+  const int own_column = std::min(static_cast<int>(spot.column), columns_ - 1);
+  const std::size_t enough = crowd.more_than + 2;  // the point finds itself
+  if (mostAround(shell, own_row, own_column) < enough) return false;
+  std::size_t found = 0;
+  for (const auto& [up, left] : kAround) {
+    const int row = own_row + up;
+    if (row < 0 || row >= rows_) continue;
+    const int column = (own_column + left + columns_) % columns_;
+    const auto bucket = static_cast<std::size_t>((shell * rows_ + row) * columns_ + column);
+    const std::uint32_t points = bucket_begin_[bucket + 1] - bucket_begin_[bucket];
+    if (points == 0) continue;
+    if (boxes[bucket].greatestSquaredDistance(scan_.point(index)) >= squared_radius) continue;
+    found += points;
+    if (found >= enough) return mostIn(spot, crowd.radius_per_range, sums) <= crowd.at_most;
+  }
+  return false;
+}
+
+/// Points in a bucket and those around it, or more.
+std::size_t WindowCounter::mostAround(int shell, int row, int column) const {
+  const int first = std::max(column - 1, 0);
+  const int last = std::min(column + 1, columns_ - 1);
+  if (last - first < 2) return scan_.size();  // at the wrap
+  std::size_t most = 0;
+  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
+    const std::uint32_t* begin = rowBegin(shell, r);
+    most += begin[last + 1] - begin[first];
+  }
+  return most;
+}
+
+/// No more neighbours than this has a point, whatever their range.
+std::size_t WindowCounter::mostIn(const Spot& spot, double radius_per_range,
+                                  const std::vector<std::uint32_t>& sums) const {
+  const Reach reach = reachOf(spot, radius_per_range);
+  std::size_t most = 0;
+  for (int row = reach.first_row; row <= reach.last_row; ++row) {
+    const std::uint32_t* begin = &sums[static_cast<std::size_t>(row * (columns_ + 1))];
+    forEachPart(spot.column, reach.columns,
+                [&](int from, int to) { most += begin[to] - begin[from]; });
+  }
+  return most + (bucket_begin_.end()[-1] - bucket_begin_.end()[-2]);
 }
 
 /// A lower bound of each place's neighbours, where that can settle the question: empty where not.
