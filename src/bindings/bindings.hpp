@@ -14,6 +14,7 @@ void bindPolarSegments(pybind11::module& m);
 void bindVisibility(pybind11::module& m);
 void bindDropOffs(pybind11::module& m);
 void bindRoomBoundary(pybind11::module& m);
+void bindFloorRelief(pybind11::module& m);
 void bindPipeline(pybind11::module& m);
 void bindSimulation(pybind11::module& m);
 #ifdef SMOKE_GROUND_HAVE_PCL

@@ -10,6 +10,7 @@ PYBIND11_MODULE(_core, m) {
   smoke_ground_reconstruction::bindDropOffs(m);
   smoke_ground_reconstruction::bindRoomBoundary(m);
   smoke_ground_reconstruction::bindVisibility(m);
+  smoke_ground_reconstruction::bindFloorRelief(m);
   smoke_ground_reconstruction::bindPipeline(m);
   auto simulation = m.def_submodule("simulation", "Ray casting and smoke physics.");
   smoke_ground_reconstruction::bindSimulation(simulation);

@@ -201,7 +201,7 @@ class _Grid:
     even : bool
         Do the cell's returns agree on one height?
     median, mean_x, mean_y, mean_height : float64
-        Of a cell's returns [m]; 0 where there are none.
+        Of a cell's returns [m]; 0 where there are none. The median also where all lie on the plane.
     bottom, top : float64
         Lowest and highest return of a cell [m]; infinite and -infinite where there is none.
     count : int64
@@ -232,6 +232,9 @@ class _Grid:
         spread = height[at + (9 * count) // 10] - height[at + count // 10]
         self.even = np.zeros(SIDE * SIDE, bool)
         self.even[some] = (count >= _POINTS) & (spread < _SPREAD)
+        # No need to rank what lies on the plane altogether.
+        on_plane = (self.count >= _POINTS) & (self.bottom > -_ON_PLANE) & (self.top < _ON_PLANE)
+        self.even[on_plane], self.median[on_plane] = True, 0.0
 
 
 def _floor_cells(grid, on_plane, step):

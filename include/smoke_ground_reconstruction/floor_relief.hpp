@@ -1,0 +1,164 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace smoke_ground_reconstruction {
+
+/// Height over the floor's plane: a x + b y + c [m].
+struct ReliefFacet {
+  double a = 0.0, b = 0.0, c = 0.0;
+
+  double at(double x, double y) const { return (a * x + b * y) + c; }
+  bool isLevel() const { return a == 0.0 && b == 0.0; }
+};
+
+/// Where a facet `of` goes over into a facet `to`: beyond nx x + ny y = rho [m].
+struct ReliefCrease {
+  int of = 0, to = 0;
+  double nx = 0.0, ny = 0.0, rho = 0.0;
+
+  double side(double x, double y) const { return (nx * x + ny * y) - rho; }
+};
+
+/// A riser: its line, the normal away from the sensor, and the platform behind it [m].
+struct ReliefStep {
+  double nx = 0.0, ny = 0.0, rho = 0.0;
+  double height = 0.0;  ///< of the platform over the plane
+  int facet = 0;        ///< number of the platform's facet
+
+  double side(double x, double y) const { return (nx * x + ny * y) - rho; }
+  /// Is a return part of the riser?
+  bool holds(double x, double y, double height_over_plane) const;
+};
+
+/// Returns, smoke left out: places, heights over the plane, planar ranges [m].
+struct ReliefReturns {
+  std::vector<float> x, y, height, planar;
+
+  std::size_t size() const { return x.size(); }
+  void clear();
+  void push(float at_x, float at_y, float over_plane, float range);
+};
+
+/// Low returns by cells of a square grid with the sensor in its middle.
+struct ReliefGrid {
+  static constexpr double kCell = 0.2;  ///< [m]
+  static constexpr int kSide = 128;     ///< cells along each side
+  static constexpr double kReach = 0.5 * kSide * kCell;
+  static constexpr std::size_t kCells = static_cast<std::size_t>(kSide) * kSide;
+  static constexpr double kLowest = -0.09, kHighest = 0.8;  ///< heights that are looked at [m]
+
+  struct Return {
+    float x, y, height;
+    std::uint32_t cell;
+  };
+  /// Of the returns of a cell; `median` and the means are 0 where there are none, the median also
+  /// where all lie on the plane [m].
+  struct Cell {
+    std::uint32_t count = 0;
+    bool is_even = false;  ///< do they agree on one height?
+    float median = 0.0F, bottom = 0.0F, top = 0.0F;
+    double mean_x = 0.0, mean_y = 0.0, mean_height = 0.0;
+  };
+
+  std::vector<Return> returns;
+  std::vector<Cell> cells;
+
+  void fill(const ReliefReturns& input);
+
+ private:
+  void add(const Return& one);
+  void rank();
+  void rank(Cell* cell, float* first) const;
+
+  std::vector<std::uint32_t> begin_;
+  std::vector<float> heights_;  // by cell, of those that are to be ranked
+};
+
+/// What of the floor is not on its plane: ramps, platforms and steps, and how they go on where
+/// nothing was measured. Keeps its buffers. Not in the thesis.
+///
+/// Cells in which all low returns agree on one height are floor where a slope that a robot climbs
+/// leads there from the plane, or where they make a platform, low and wide. Planes through them,
+/// and the lines at which these planes meet or a riser stands, tell how the floor goes on.
+class FloorRelief {
+ public:
+  FloorRelief();
+  void find(const ReliefReturns& returns);
+
+  /// Is the floor its plane and nothing else?
+  bool isFlat() const { return facets_.size() == 1 && !has_heights_; }
+  /// Height of the floor over the plane at a place [m]: the facet of the nearest measured cell
+  /// tells, or another one that begins on the way.
+  double at(double x, double y);
+  /// One sigma of `at` [m]: grows with the way to the next measured cell, along which the floor may
+  /// bend, the more so where slopes are seen.
+  double sigma(double x, double y);
+  /// Does a return lie on floor off the plane, near to where it was measured?
+  bool carries(double x, double y, double height);
+  /// Is a return part of the step's riser? There is floor at its foot.
+  bool isRiser(double x, double y, double height) const {
+    return has_step_ && step_.holds(x, y, height);
+  }
+
+  const std::vector<ReliefFacet>& facets() const { return facets_; }
+  const std::vector<ReliefCrease>& creases() const { return creases_; }
+
+ private:
+  using Indices = std::vector<std::uint32_t>;
+  struct Line {
+    double nx, ny, rho;
+  };
+  struct Nearest {
+    std::int32_t cell = -1;   // -2: not looked for, -1: there is none
+    std::int32_t square = 0;  // of the way, in cells
+  };
+
+  void setFlat();
+  bool findStep();
+  void collectRisers();
+  Line straightestRiser();
+  bool refineRiser(Line* line) const;
+  bool placeStep(const Line& line);
+  bool stands(double from, double to);
+  bool stepCarries(const Indices& group) const;
+
+  void findFloor();
+  void reach(Indices* queue, std::vector<std::uint8_t>* found, bool climbs);
+  void addPlatforms();
+
+  void findFacets();
+  ReliefFacet strongest(const Indices& left);
+  ReliefFacet fitted(const Indices& cells) const;
+  std::size_t countOn(const Indices& cells, const ReliefFacet& facet) const;
+  bool isOn(std::uint32_t cell, const ReliefFacet& facet) const;
+  void joinStep();
+  void findCreases();
+  bool crossing(int first, int second, Line* line) const;
+  void lowerSlopes();
+  double beneath(int facet, double highest, std::size_t* count) const;
+  double highestOf(int facet) const;
+
+  double heightAt(std::int32_t cell, double x, double y) const;
+  Nearest nearest(double x, double y);
+  Nearest searchNearest(int column, int row) const;
+
+  ReliefGrid grid_;
+  std::vector<std::uint8_t> is_floor_, may_join_, is_taken_;  // by cell
+  std::vector<std::int8_t> facet_;                            // by cell; -1: none
+  std::vector<double> height_;                                // by cell
+  std::vector<Nearest> nearest_;                              // by cell, as they are asked for
+  bool has_floor_ = false, has_heights_ = false, has_step_ = false;
+  double highest_ = 0.0;
+  ReliefStep step_;
+  std::vector<ReliefFacet> facets_;
+  std::vector<ReliefCrease> creases_;
+  Indices queue_, group_, left_, near_, on_, riser_, riser_cells_, riser_counts_;
+  std::vector<double> sums_x_, sums_y_, sorted_;
+  std::vector<int> votes_;
+};
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,90 @@
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "smoke_ground_reconstruction/floor_relief.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+ReliefReturns returnsOf(const py::array& xy, const py::array& height, const py::array& planar) {
+  requireArray<float>(xy, "xy", "(N, 2)", 2);
+  if (xy.shape(1) != 2) throw py::value_error("xy must be (N, 2)");
+  const auto size = static_cast<std::size_t>(xy.shape(0));
+  const auto places = py::array_t<float>(xy).unchecked<2>();
+  const auto heights = fieldOf<float>(height, "height", size);
+  const auto ranges = fieldOf<float>(planar, "planar", size);
+  ReliefReturns returns;
+  for (std::size_t i = 0; i < size; ++i) {
+    const auto row = static_cast<py::ssize_t>(i);
+    returns.push(places(row, 0), places(row, 1), heights[i], ranges[i]);
+  }
+  return returns;
+}
+
+/// One value per place float64 (N, 2).
+template <typename T, typename Function>
+py::array_t<T> atPlaces(const py::array& xy, const Function& function) {
+  requireArray<double>(xy, "xy", "(N, 2)", 2);
+  if (xy.shape(1) != 2) throw py::value_error("xy must be (N, 2)");
+  const auto places = py::array_t<double>(xy).unchecked<2>();
+  std::vector<T> values;
+  for (py::ssize_t i = 0; i < places.shape(0); ++i) {
+    values.push_back(static_cast<T>(function(i, places(i, 0), places(i, 1))));
+  }
+  return toArray<T>(std::move(values));
+}
+
+}  // namespace
+
+void bindFloorRelief(py::module& m) {
+  using Relief = FloorRelief;
+  py::class_<Relief>(m, "FloorRelief", "What of the floor is not on its plane.")
+      .def(py::init<>())
+      .def(
+          "find",
+          [](Relief& self, const py::array& xy, const py::array& height, const py::array& planar) {
+            const ReliefReturns returns = returnsOf(xy, height, planar);
+            const py::gil_scoped_release release;
+            self.find(returns);
+          },
+          py::arg("xy"), py::arg("height"), py::arg("planar"),
+          "From places float32 (N, 2), heights over the plane and planar ranges float32 (N,) [m].")
+      .def("is_flat", &Relief::isFlat)
+      .def(
+          "at",
+          [](Relief& self, const py::array& xy) {
+            return atPlaces<double>(xy,
+                                    [&](py::ssize_t, double x, double y) { return self.at(x, y); });
+          },
+          py::arg("xy"), "Floor over the plane float64 (N,) at places float64 (N, 2) [m].")
+      .def(
+          "sigma",
+          [](Relief& self, const py::array& xy) {
+            return atPlaces<double>(
+                xy, [&](py::ssize_t, double x, double y) { return self.sigma(x, y); });
+          },
+          py::arg("xy"), "One sigma of `at` float64 (N,) [m].")
+      .def(
+          "carries",
+          [](Relief& self, const py::array& xy, const py::array& height) {
+            const auto over =
+                fieldOf<double>(height, "height", static_cast<std::size_t>(xy.shape(0)));
+            return atPlaces<std::uint8_t>(xy, [&](py::ssize_t i, double x, double y) {
+              return self.carries(x, y, over[static_cast<std::size_t>(i)]) ? 1 : 0;
+            });
+          },
+          py::arg("xy"), py::arg("height"),
+          "Which returns lie on floor off the plane, uint8 (N,); height float64 (N,) [m].")
+      .def(
+          "is_riser",
+          [](const Relief& self, const py::array& xy, const py::array& height) {
+            const auto over =
+                fieldOf<double>(height, "height", static_cast<std::size_t>(xy.shape(0)));
+            return atPlaces<std::uint8_t>(xy, [&](py::ssize_t i, double x, double y) {
+              return self.isRiser(x, y, over[static_cast<std::size_t>(i)]) ? 1 : 0;
+            });
+          },
+          py::arg("xy"), py::arg("height"), "Which returns are the step's riser, uint8 (N,).");
+}
+
+}  // namespace smoke_ground_reconstruction

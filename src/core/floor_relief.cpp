@@ -1,0 +1,280 @@
+#include "smoke_ground_reconstruction/floor_relief.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "ordered.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr int kSide = ReliefGrid::kSide;
+constexpr double kNearest = 0.5;      // planar range [m]
+constexpr std::uint32_t kPoints = 4;  // of a cell
+constexpr double kSpread = 0.04;      // between 10th and 90th percentile of a cell's heights [m]
+constexpr double kOnPlane = 0.03;
+constexpr double kSlope = 0.16;   // between neighbouring cells: rise per metre,
+constexpr double kSlack = 0.015;  // ... and [m]
+constexpr double kNear = 0.45;    // returns on floor drawn on lie so near to measured floor [m]
+constexpr int kHop = 2;           // cells without returns between two rings
+constexpr double kPlatformHeight = 0.2;
+constexpr std::size_t kPlatformCells = 25;
+constexpr std::size_t kFewestCells = 10;  // less relief is clutter
+constexpr double kFlatness = 0.004;       // a floor without relief strays so far per metre [m]
+constexpr double kUnseenSlope = 0.35;     // of the steepest slope seen may be missed per metre
+constexpr double kUnseenHeight = 0.1;     // ... or of the greatest height
+
+constexpr std::uint32_t kNotRanked = 0xFFFFFFFFU;
+
+/// Column or row of a coordinate.
+int indexOf(double coordinate) { return floorToInt(coordinate / ReliefGrid::kCell) + kSide / 2; }
+
+}  // namespace
+
+void ReliefReturns::clear() {
+  for (auto* values : {&x, &y, &height, &planar}) values->clear();
+}
+
+void ReliefReturns::push(float at_x, float at_y, float over_plane, float range) {
+  x.push_back(at_x);
+  y.push_back(at_y);
+  height.push_back(over_plane);
+  planar.push_back(range);
+}
+
+void ReliefGrid::fill(const ReliefReturns& input) {
+  constexpr auto kFarthest = static_cast<float>(kReach);
+  returns.clear();
+  cells.assign(kCells, Cell());
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    const float x = input.x[i], y = input.y[i], height = input.height[i];
+    if (!(height > kLowest) || !(height < kHighest) || !(input.planar[i] > kNearest)) continue;
+    if (!(std::fabs(x) < kFarthest) || !(std::fabs(y) < kFarthest)) continue;
+    add({x, y, height, static_cast<std::uint32_t>(indexOf(y) * kSide + indexOf(x))});
+  }
+  rank();
+}
+
+void ReliefGrid::add(const Return& one) {
+  returns.push_back(one);
+  Cell& cell = cells[one.cell];
+  cell.bottom = cell.count == 0 ? one.height : std::min(cell.bottom, one.height);
+  cell.top = cell.count == 0 ? one.height : std::max(cell.top, one.height);
+  ++cell.count;
+  cell.mean_x += one.x;
+  cell.mean_y += one.y;
+  cell.mean_height += one.height;
+}
+
+/// What the heights of each cell say.
+void ReliefGrid::rank() {
+  begin_.resize(kCells);
+  std::uint32_t ranked = 0;
+  for (std::size_t c = 0; c < kCells; ++c) {
+    Cell& cell = cells[c];
+    begin_[c] = kNotRanked;
+    if (cell.count == 0) continue;
+    cell.mean_x /= cell.count;
+    cell.mean_y /= cell.count;
+    cell.mean_height /= cell.count;
+    if (cell.count < kPoints) continue;
+    cell.is_even = cell.bottom > -kOnPlane && cell.top < kOnPlane;
+    if (cell.is_even) continue;  // no need to rank what lies on the plane altogether
+    begin_[c] = ranked;
+    ranked += cell.count;
+  }
+  heights_.resize(ranked);
+  for (const Return& one : returns) {
+    if (begin_[one.cell] != kNotRanked) heights_[begin_[one.cell]++] = one.height;
+  }
+  for (std::size_t c = 0; c < kCells; ++c) {
+    if (begin_[c] != kNotRanked) rank(&cells[c], heights_.data() + begin_[c] - cells[c].count);
+  }
+}
+
+/// Median of a cell's heights, and whether they agree on one.
+void ReliefGrid::rank(Cell* cell, float* first) const {
+  const std::uint32_t count = cell->count;
+  float* low = first + count / 10;
+  float* middle = first + count / 2;
+  float* high = first + (9 * count) / 10;
+  std::nth_element(first, middle, first + count);
+  if (high != middle) std::nth_element(middle + 1, high, first + count);
+  if (low != middle) std::nth_element(first, low, middle);
+  cell->median = *middle;
+  cell->is_even = static_cast<double>(*high) - static_cast<double>(*low) < kSpread;
+}
+
+FloorRelief::FloorRelief() { setFlat(); }
+
+/// No relief; the cells of the plane are the measured ones.
+void FloorRelief::setFlat() {
+  facets_.assign(1, ReliefFacet());
+  creases_.clear();
+  has_heights_ = has_step_ = false;
+  highest_ = 0.0;
+}
+
+void FloorRelief::find(const ReliefReturns& returns) {
+  setFlat();
+  grid_.fill(returns);
+  has_step_ = findStep();
+  findFloor();
+  nearest_.assign(ReliefGrid::kCells, {-2, 0});
+  if (!has_heights_ && !has_step_) return;
+  findFacets();
+  if (has_step_) joinStep();
+  findCreases();
+  lowerSlopes();
+}
+
+/// Cells of the plane and of what a climbable slope leads to, and platforms.
+void FloorRelief::findFloor() {
+  const std::size_t n = ReliefGrid::kCells;
+  is_floor_.assign(n, 0);
+  may_join_.resize(n);
+  facet_.assign(n, -1);
+  height_.assign(n, 0.0);
+  queue_.clear();
+  for (std::uint32_t c = 0; c < n; ++c) {
+    const auto& cell = grid_.cells[c];
+    may_join_[c] = cell.is_even ? 1 : 0;
+    if (!cell.is_even || std::fabs(static_cast<double>(cell.median)) > kOnPlane) continue;
+    is_floor_[c] = 1;
+    facet_[c] = 0;
+    queue_.push_back(c);
+  }
+  const std::size_t on_plane = queue_.size();
+  reach(&queue_, &is_floor_, true);
+  addPlatforms();
+  left_.clear();
+  for (std::uint32_t c = 0; c < n; ++c) {
+    if (is_floor_[c] != 0 && facet_[c] != 0) left_.push_back(c);
+  }
+  has_heights_ = left_.size() >= kFewestCells;
+  if (!has_heights_) {
+    for (const std::uint32_t c : left_) is_floor_[c] = 0;
+    left_.clear();
+  }
+  for (const std::uint32_t c : left_) {
+    height_[c] = grid_.cells[c].median;
+    highest_ = std::max(highest_, std::fabs(height_[c]));
+  }
+  has_floor_ = on_plane + left_.size() > 0;
+}
+
+/// Adds the cells that a chain of neighbours leads to, each step judged by its rise and length.
+void FloorRelief::reach(Indices* queue, std::vector<std::uint8_t>* found, bool climbs) {
+  for (std::size_t next = 0; next < queue->size(); ++next) {
+    const std::uint32_t from = (*queue)[next];
+    const int column = static_cast<int>(from) % kSide, row = static_cast<int>(from) / kSide;
+    for (int y = std::max(0, row - kHop); y <= std::min(kSide - 1, row + kHop); ++y) {
+      for (int x = std::max(0, column - kHop); x <= std::min(kSide - 1, column + kHop); ++x) {
+        const auto to = static_cast<std::uint32_t>(y * kSide + x);
+        if ((*found)[to] != 0 || may_join_[to] == 0) continue;
+        const int away = std::max(std::abs(x - column), std::abs(y - row));
+        const double steepest = climbs ? kSlope * ReliefGrid::kCell * away + kSlack : kSlack;
+        const double rise = static_cast<double>(grid_.cells[to].median) -
+                            static_cast<double>(grid_.cells[from].median);
+        if (!(std::fabs(rise) < steepest)) continue;
+        (*found)[to] = 1;
+        queue->push_back(to);
+      }
+    }
+  }
+}
+
+/// Low, wide, level groups of cells, and what lies on the platform of a step.
+void FloorRelief::addPlatforms() {
+  left_.clear();
+  for (std::uint32_t c = 0; c < ReliefGrid::kCells; ++c) {
+    const bool is_left = may_join_[c] != 0 && is_floor_[c] == 0 &&
+                         std::fabs(static_cast<double>(grid_.cells[c].median)) <= kPlatformHeight;
+    may_join_[c] = is_left ? 1 : 0;
+    if (is_left) left_.push_back(c);
+  }
+  is_taken_.assign(ReliefGrid::kCells, 0);
+  for (const std::uint32_t start : left_) {
+    if (is_taken_[start] != 0) continue;
+    group_.assign(1, start);
+    is_taken_[start] = 1;
+    reach(&group_, &is_taken_, false);
+    if (group_.size() < kPlatformCells && !(has_step_ && stepCarries(group_))) continue;
+    for (const std::uint32_t c : group_) is_floor_[c] = 1;
+  }
+}
+
+double FloorRelief::heightAt(std::int32_t cell, double x, double y) const {
+  int facet = facet_[static_cast<std::size_t>(cell)];
+  if (facet < 0) return height_[static_cast<std::size_t>(cell)];
+  for (std::size_t pass = 1; pass < facets_.size(); ++pass) {
+    for (const ReliefCrease& crease : creases_) {
+      if (crease.of == facet && crease.side(x, y) > 0.0) facet = crease.to;
+    }
+  }
+  return facets_[static_cast<std::size_t>(facet)].at(x, y);
+}
+
+double FloorRelief::at(double x, double y) {
+  if (isFlat() || !has_floor_) return 0.0;
+  return heightAt(nearest(x, y).cell, x, y);
+}
+
+double FloorRelief::sigma(double x, double y) {
+  if (!has_floor_) return 0.0;
+  double square = 0.0;
+  for (const ReliefFacet& facet : facets_) {
+    square = std::max(square, facet.a * facet.a + facet.b * facet.b);
+  }
+  const double height = isFlat() ? 0.0 : kUnseenHeight * highest_;
+  const double per_metre = std::max({kFlatness, kUnseenSlope * std::sqrt(square), height});
+  const double away = ReliefGrid::kCell * std::sqrt(static_cast<double>(nearest(x, y).square));
+  return per_metre * std::max(0.0, away - ReliefGrid::kCell);
+}
+
+bool FloorRelief::carries(double x, double y, double height) {
+  if (isFlat() || !has_floor_) return false;
+  if (!(height > ReliefGrid::kLowest) || !(height < ReliefGrid::kHighest)) return false;
+  if (!(std::fabs(x) < ReliefGrid::kReach) || !(std::fabs(y) < ReliefGrid::kReach)) return false;
+  const Nearest found = nearest(x, y);
+  if (!(ReliefGrid::kCell * std::sqrt(static_cast<double>(found.square)) < kNear)) return false;
+  const double over = heightAt(found.cell, x, y);
+  return over != 0.0 && std::fabs(height - over) < kOnPlane;
+}
+
+FloorRelief::Nearest FloorRelief::nearest(double x, double y) {
+  const int column = indexOf(x), row = indexOf(y);
+  if (column < 0 || row < 0 || column >= kSide || row >= kSide) return searchNearest(column, row);
+  Nearest& known = nearest_[static_cast<std::size_t>(row * kSide + column)];
+  if (known.cell == -2) known = searchNearest(column, row);
+  return known;
+}
+
+/// Looks for measured floor in squares around a cell, which may lie beyond the grid.
+FloorRelief::Nearest FloorRelief::searchNearest(int column, int row) const {
+  Nearest best{-1, std::numeric_limits<std::int32_t>::max()};
+  const auto look = [&](int x, int y) {
+    const int cell = y * kSide + x;
+    if (is_floor_[static_cast<std::size_t>(cell)] == 0) return;
+    const int square = (x - column) * (x - column) + (y - row) * (y - row);
+    if (square < best.square || (square == best.square && cell < best.cell)) best = {cell, square};
+  };
+  const int outside = std::max({-column, -row, column - kSide + 1, row - kSide + 1, 0});
+  for (int r = outside; r < kSide + outside && best.square >= r * r; ++r) {
+    const int left = std::max(0, column - r), right = std::min(kSide - 1, column + r);
+    for (int y = std::max(0, row - r); y <= std::min(kSide - 1, row + r); ++y) {
+      if (y == row - r || y == row + r) {
+        for (int x = left; x <= right; ++x) look(x, y);
+      } else {
+        if (column - r >= 0 && column - r < kSide) look(column - r, y);
+        if (r > 0 && column + r >= 0 && column + r < kSide) look(column + r, y);
+      }
+    }
+  }
+  return best;
+}
+
+}  // namespace smoke_ground_reconstruction

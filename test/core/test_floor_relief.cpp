@@ -1,0 +1,92 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "smoke_ground_reconstruction/floor_relief.hpp"
+
+namespace smoke_ground_reconstruction {
+namespace {
+
+void add(ReliefReturns* returns, double x, double y, double height) {
+  returns->push(static_cast<float>(x), static_cast<float>(y), static_cast<float>(height),
+                static_cast<float>(std::sqrt(x * x + y * y)));
+}
+
+/// Returns every 4 cm from x0 to x1 and from -1 to 1 m, as high as a function of x says.
+template <typename Height>
+void addFloor(ReliefReturns* returns, double x0, double x1, const Height& height) {
+  for (double x = x0; x < x1; x += 0.04) {
+    for (double y = -1.0; y < 1.0; y += 0.04) add(returns, x, y, height(x));
+  }
+}
+
+double level(double) { return 0.0; }
+double ramp(double x) { return std::max(0.0, (x - 1.0) / 8.0); }  // 1:8 from x = 1
+
+TEST(FloorRelief, OfNothingIsFlat) {
+  FloorRelief relief;
+  relief.find(ReliefReturns());
+  EXPECT_TRUE(relief.isFlat());
+  EXPECT_EQ(relief.at(1.0, 2.0), 0.0);
+  EXPECT_EQ(relief.sigma(1.0, 2.0), 0.0);
+}
+
+TEST(FloorRelief, OfAFloorIsFlat) {
+  ReliefReturns returns;
+  addFloor(&returns, -3.0, 3.0, level);
+  FloorRelief relief;
+  relief.find(returns);
+  EXPECT_TRUE(relief.isFlat());
+  EXPECT_EQ(relief.at(2.0, 0.0), 0.0);
+  EXPECT_FALSE(relief.carries(2.0, 0.0, 0.0));
+}
+
+TEST(FloorRelief, DrawsARampOnUntilAWallIsSeenBeneathIt) {
+  ReliefReturns returns;
+  addFloor(&returns, -3.0, 2.0, ramp);
+  for (double y = -1.0; y < 1.0; y += 0.1) {
+    for (double z = 0.3; z < 1.5; z += 0.05) add(&returns, 5.02, y, z);
+  }
+  FloorRelief relief;
+  relief.find(returns);
+  EXPECT_NEAR(relief.at(0.0, 0.0), 0.0, 4e-3);
+  EXPECT_NEAR(relief.at(1.8, 0.5), 0.1, 4e-3);
+  EXPECT_NEAR(relief.at(3.0, 0.0), 0.25, 4e-3);
+  EXPECT_NEAR(relief.at(4.9, 0.5), 0.3, 4e-3);  // not 0.49: the wall goes down to 0.3
+  EXPECT_TRUE(relief.carries(1.8, 0.0, 0.1));
+  EXPECT_FALSE(relief.carries(1.8, 0.0, 0.2));
+}
+
+TEST(FloorRelief, TakesAPlatformsHeightFromItsRiser) {
+  ReliefReturns returns;
+  addFloor(&returns, -2.0, 2.03, level);
+  for (double y = -1.2; y < 1.2; y += 0.05) {
+    for (double z = 0.0; z < 0.151; z += 0.025) add(&returns, 2.05, y, z);
+  }
+  FloorRelief relief;
+  relief.find(returns);
+  EXPECT_NEAR(relief.at(2.0, 0.0), 0.0, 1e-3);
+  EXPECT_NEAR(relief.at(2.1, 0.0), 0.15, 1e-3);
+  EXPECT_NEAR(relief.at(4.0, 3.0), 0.15, 1e-3);
+  EXPECT_TRUE(relief.isRiser(2.05, 0.5, 0.1));
+  EXPECT_FALSE(relief.isRiser(2.15, 0.5, 0.1));
+  addFloor(&returns, 2.3, 3.0, level);  // a kerb, then
+  relief.find(returns);
+  EXPECT_TRUE(relief.isFlat());
+}
+
+TEST(FloorRelief, IsLessSureFartherFromMeasuredFloorAndOnSlopes) {
+  ReliefReturns flat, sloped;
+  addFloor(&flat, -3.0, 2.0, level);
+  addFloor(&sloped, -3.0, 2.0, ramp);
+  FloorRelief of_flat, of_sloped;
+  of_flat.find(flat);
+  of_sloped.find(sloped);
+  EXPECT_EQ(of_sloped.sigma(1.0, 0.5), 0.0);
+  EXPECT_LT(of_sloped.sigma(3.0, 0.0), of_sloped.sigma(5.0, 0.0));
+  EXPECT_GT(of_sloped.sigma(5.0, 0.0), 5.0 * of_flat.sigma(5.0, 0.0));
+  EXPECT_GT(of_flat.sigma(5.0, 0.0), 0.0);
+}
+
+}  // namespace
+}  // namespace smoke_ground_reconstruction
