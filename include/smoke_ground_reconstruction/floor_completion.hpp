@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "smoke_ground_reconstruction/azimuth_bins.hpp"
+#include "smoke_ground_reconstruction/confidence.hpp"
 #include "smoke_ground_reconstruction/floor_cells.hpp"
 #include "smoke_ground_reconstruction/floor_surface.hpp"
 #include "smoke_ground_reconstruction/room.hpp"
@@ -64,6 +65,7 @@ class FloorCompletion {
   CellSet measured_cells_;
   std::vector<std::uint32_t> behind_;
   FarthestReturns farthest_;
+  FloorConfidence confidence_;
   std::vector<double> beyond_, between_rings_;
 };
 

@@ -148,11 +148,12 @@ void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_
                             const Room& room, const SensorModel& sensor, const Mounting& mounting,
                             FloorSurface* surface) {
   surface->clear();
+  confidence_.look(room, claim_.limit, claim_.measured);
   for (std::size_t k = 0; k < valid.size(); ++k) {
     if (claim_.measured[k] == 0) continue;
     const std::uint32_t i = valid[k];
     surface->push({scan.x[i], scan.y[i], scan.z[i]}, scan.intensity[i], scan.ring[i],
-                  Provenance::kMeasured, 0.99F);
+                  Provenance::kMeasured, confidence_.measured(room.column(k), room.planar(k)));
   }
   between_rings_.clear();
   const auto& rings = sensor.ringsByElevation();
@@ -165,12 +166,10 @@ void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_
     const auto point =
         toSensor(level_from_upright, mounting, points.x[k], points.y[k], points.z[k]);
     const std::int32_t ring = drawn_.ring[k];
-    constexpr std::array<float, 3> kConfidence = {0.99F, 0.97F, 0.96F};
     surface->push(
         point, 0.0F,
         ring == DrawnFloor::kNoRing ? nearestRing(sensor, point) : static_cast<std::uint16_t>(ring),
-        Provenance::kReconstructed,
-        kConfidence[static_cast<std::size_t>(room.profile().kind[drawn_.column[k]])]);
+        Provenance::kReconstructed, confidence_.drawn(drawn_.column[k], drawn_.planar[k]));
   }
   outline(room, mounting, &surface->boundary);
 }

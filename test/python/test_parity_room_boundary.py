@@ -65,6 +65,9 @@ def assert_parity(core, view, mounting=None, methods=None):
     for name in SURFACE:
         found, wanted = (getattr(surface, name) for surface in (actual.surface, expected.surface))
         np.testing.assert_array_equal(found, wanted)
+    np.testing.assert_allclose(
+        actual.surface.confidence, expected.surface.confidence, rtol=1e-5, atol=1e-7
+    )
     np.testing.assert_array_equal(actual.surface.floor_plane, expected.surface.floor_plane)
     return expected
 
