@@ -107,9 +107,11 @@ def test_plane_is_asked_for_where_floor_survives_over_a_metre():
     assert not scored(floor, survivors=floor[::100])["plane_asked"]
 
 
-def test_sigma_is_held_against_the_clear_plane():
-    """Two points 20 mm off the plane and two on it, each with a sigma of 9 mm."""
-    surface = [[x, 0.5, 0.02 * x - 0.5 + error] for x, error in ((1, 0), (-1, 0.02))] * 2
+def test_sigma_is_held_against_the_clear_plane_cell_by_cell():
+    """Two cells with a sigma of 9 mm: one whose points lie 50 mm above and 50 mm below the plane,
+    one whose points lie 20 mm above it."""
+    offsets = ((1, 0.05), (1, -0.05), (-1, 0.02), (-1, 0.02))
+    surface = [[x + 0.05, 0.55, 0.02 * (x + 0.05) - 0.5 + error] for x, error in offsets]
     found = scored(surface, sigma=np.full(4, 0.009))
     assert found["height_max"] == pytest.approx(0.02)
     assert found["within_2_sigma"] == pytest.approx(0.5)

@@ -64,7 +64,7 @@ def table(records):
         " what is seen to either side of it), worst scan; plane against the clear scan's, worst"
         f" scan; as asked: scans within {1e3 * MAX_HEIGHT_ERROR:.0f} mm and"
         f" {MAX_TILT_ERROR_DEG} deg of those that keep {MIN_RETURNS} floor returns over"
-        f" {MIN_SPAN:g} m; within 2 sigma: surface points."
+        f" {MIN_SPAN:g} m; within 2 sigma: cells of 0.1 m."
     )
     return Table("Recorded rooms under smoke", columns, rows, note)
 
