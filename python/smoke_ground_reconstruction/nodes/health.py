@@ -7,7 +7,8 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 
 class StageHealth:
-    """Input rate, points in and kept, last processing time, last drop; any thread may call."""
+    """Input rate, points in and kept, last processing time, last drop, and what the last scan
+    showed; any thread may call."""
 
     def __init__(self):
         self._lock = threading.Lock()
@@ -18,6 +19,7 @@ class StageHealth:
         self._points = (0, 0)
         self._milliseconds = 0.0
         self._last_drop = "none"
+        self._findings, self._warning = {}, ""
 
     def set_listening(self, listening: bool) -> None:
         """Does anybody listen to an output?"""
@@ -42,6 +44,11 @@ class StageHealth:
             self._count("dropped")
             self._last_drop = reason
 
+    def tell(self, findings, warning="") -> None:
+        """What the last scan showed, texts by name, and what is to be warned of."""
+        with self._lock:
+            self._findings, self._warning = dict(findings), warning
+
     def report(self, status):
         """Fill in the state since the last report and return it."""
         with self._lock:
@@ -55,6 +62,8 @@ class StageHealth:
             status.add("scans done", str(self._total["done"]))
             status.add("scans dropped", str(self._total["dropped"]))
             status.add("last drop", self._last_drop)
+            for name, value in self._findings.items():
+                status.add(name, value)
             self._since = now
             self._recent = dict.fromkeys(self._recent, 0)
         return status
@@ -68,6 +77,8 @@ class StageHealth:
             return DiagnosticStatus.OK, "idle: nobody listens"
         if self._recent["dropped"]:
             return DiagnosticStatus.WARN, f"dropped a scan: {self._last_drop}"
+        if self._recent["done"] and self._warning:
+            return DiagnosticStatus.WARN, self._warning
         if self._recent["done"]:
             return DiagnosticStatus.OK, "running"
         if self._recent["arrived"]:

@@ -25,12 +25,14 @@ from ..ros_messages import (
     read_cloud,
     surface_message,
 )
+from .findings import findings_of, height_warning
 from .lazy_node import BUFFER_SIZE, LazyNode, publish_if_heard, subscribe
 from .mounting_source import MountingSource
 
 _RAW_ALONE = ("~input",)
 _RAW_GROUND_WALLS = ("~input", "~ground", "~walls")
 _SYNC_QUEUE_SIZE = 40  # raw scans wait here for the stages before: seconds, if those are slow
+_WARN_PERIOD = 10.0  # [s]
 
 
 class ReconstructorNode(LazyNode):
@@ -98,6 +100,10 @@ class ReconstructorNode(LazyNode):
         method = self._rooms.setdefault(raw.header.frame_id, RoomBoundary())
         room = method.reconstruct(scan, sensor, mounting)
         timing.finish("reconstruct", len(scan.xyz), len(room.surface))
+        warning = height_warning(room.floor, mounting.sensor_height)
+        self.health.tell(findings_of(room, mounting.sensor_height), warning)
+        if warning:
+            rospy.logwarn_throttle(_WARN_PERIOD, warning)
         walls = scan.select(room.labels == Label.WALL)
         self._publish_floor(raw.header, room.surface, walls, mounting, timing)
         return len(scan.xyz), len(room.surface)
