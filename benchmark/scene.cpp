@@ -56,7 +56,7 @@ std::vector<unsigned char> packed(const Cloud& cloud) {
 }  // namespace
 
 Scene::Scene(int rings) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(rings, -52.6, 52.6);
   sensor = SensorModel::fromElevations(room.elevations_deg);
   std::vector<Surface> surfaces;

@@ -69,7 +69,7 @@ class Uniform {
 enum class Surface { kFloor, kWall, kCeiling };
 
 /// What a level sensor in the middle of an empty room sees: one ray per ring and azimuth.
-struct Room {
+struct BoxRoom {
   double length = 6.8;                 ///< along x [m]
   double width = 6.0;                  ///< along y [m]
   double sensor_height = 0.7;          ///< above the floor [m]

@@ -29,7 +29,7 @@ namespace {
 
 /// A room whose points are partly dark, so that every stage has work.
 Cloud room() {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(32, -50.0, 25.0);
   room.azimuths = 300;
   Cloud cloud = room.scan();

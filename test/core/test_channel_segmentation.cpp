@@ -305,7 +305,7 @@ TEST(ChannelSegmentation, PassesOverInvalidPointsAndUnknownRings) {
 }
 
 TEST(ChannelSegmentation, FindsTheFloorAndTheWallsOfABoxRoom) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(33, -50.0, 50.0);
   std::vector<Surface> surfaces;
   const Cloud cloud = room.scan(&surfaces);
@@ -322,7 +322,7 @@ TEST(ChannelSegmentation, FindsTheFloorAndTheWallsOfABoxRoom) {
 }
 
 TEST(ChannelSegmentation, LabelsAShuffledScanAlike) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(16, -50.0, 30.0);
   const Cloud cloud = room.scan();
   const auto sensor = SensorModel::fromElevations(room.elevations_deg);

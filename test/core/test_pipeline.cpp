@@ -26,8 +26,8 @@ PipelineParams gridParams() {
   return params;
 }
 
-Room boxRoom() {
-  Room room;
+BoxRoom boxRoom() {
+  BoxRoom room;
   room.elevations_deg = evenElevations(41, -50.0, 30.0);
   return room;
 }
@@ -86,7 +86,7 @@ TEST(Pipeline, AnswersForEveryPointOfAScanOfGarbage) {
 }
 
 TEST(Pipeline, FindsTheFloorOfABoxRoomInClearAir) {
-  const Room room = boxRoom();
+  const BoxRoom room = boxRoom();
   const Cloud cloud = room.scan();
   const auto result = Pipeline(gridParams()).process(cloud.view());
   ASSERT_GT(result.surface.size(), 1000U);
@@ -98,7 +98,7 @@ TEST(Pipeline, FindsTheFloorOfABoxRoomInClearAir) {
 }
 
 TEST(Pipeline, FindsTheFloorWithoutASingleGroundReturn) {  // the thesis's claim
-  const Room room = boxRoom();
+  const BoxRoom room = boxRoom();
   std::vector<Surface> surfaces;
   const Cloud cloud = room.scan(&surfaces);
   auto params = gridParams();
@@ -120,7 +120,7 @@ TEST(Pipeline, FindsTheFloorWithoutASingleGroundReturn) {  // the thesis's claim
 }
 
 TEST(Pipeline, RemovesDarkScatteredPointsAndKeepsTheRoom) {
-  const Room room = boxRoom();
+  const BoxRoom room = boxRoom();
   Cloud cloud = room.scan();
   const std::size_t room_points = cloud.size();
   Uniform uniform(1);
@@ -171,7 +171,7 @@ TEST(Pipeline, RepeatsItself) {
 }
 
 TEST(Pipeline, DoesNotHangOnTheOrderOfPoints) {
-  Room room = boxRoom();
+  BoxRoom room = boxRoom();
   room.azimuths = 300;
   const Cloud cloud = room.scan();
   const auto plain = Pipeline(gridParams()).process(cloud.view());
@@ -182,8 +182,8 @@ TEST(Pipeline, DoesNotHangOnTheOrderOfPoints) {
 }
 
 TEST(Pipeline, DoesNotHangOnTheNumberingOfRings) {
-  Room upward = boxRoom();
-  Room downward = boxRoom();
+  BoxRoom upward = boxRoom();
+  BoxRoom downward = boxRoom();
   std::reverse(downward.elevations_deg.begin(), downward.elevations_deg.end());
   const auto a = Pipeline(gridParams()).process(upward.scan().view());
   const auto b = Pipeline(gridParams()).process(downward.scan().view());
@@ -240,8 +240,6 @@ TEST(PipelineParams, NameTheParameterTheyRefuse) {
   expectRefusal("sensor_height", [](P* p) { p->reconstructor.sensor_height = kNan; });
   expectRefusal("occupancy_resolution",
                 [](P* p) { p->reconstructor.occupancy_resolution = 0.001; });
-  expectRefusal("method",
-                [](P* p) { p->reconstructor.method = ReconstructionMethod::kRoomBoundary; });
   expectRefusal("alpha", [](P* p) { p->denoiser.alpha = -1.0; });
   expectRefusal("column_width_deg", [](P* p) { p->segmenter.segmentation.column_width_deg = 7.0; });
   expectRefusal("cluster_tolerance", [](P* p) { p->segmenter.clustering.cluster_tolerance = 0.0; });

@@ -182,7 +182,7 @@ TEST(ScanColumns, LeaveOutUnusedInvalidAndUnknownRings) {
 }
 
 TEST(ScanColumns, TakeThePointsOfAShuffledScanAlike) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(8, -30.0, 10.0);
   room.azimuths = 90;
   const Cloud cloud = room.scan();

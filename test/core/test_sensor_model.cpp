@@ -76,7 +76,7 @@ TEST(SensorModel, OrdersEqualElevationsByRingNumber) {
 }
 
 TEST(SensorModel, DoesNotHangOnTheOrderOfPoints) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(16, -30.0, 30.0);
   room.azimuths = 36;
   const Cloud cloud = room.scan();
@@ -200,7 +200,7 @@ TEST(RingsFromElevation, GiveInvalidPointsRingZero) {
 }
 
 TEST(RingsFromElevation, FindEveryBeamOfARoom) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(32, -50.0, 50.0);
   room.azimuths = 90;
   const Cloud cloud = room.scan();

@@ -247,7 +247,7 @@ TEST(WindowCounter, StaysExactForRadiiItWasNotMadeFor) {
 }
 
 TEST(WindowCounter, IsExactOnARasterWhoseNeighborsAreEquallyFar) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(12, -40.0, 40.0);
   room.azimuths = 60;
   expectExactCounts(room.scan());

@@ -140,7 +140,7 @@ TEST(FindComponentsWithPcl, LinksPointsInTheSamePlace) {
 }
 
 TEST(PclEngines, ServeThePipelineWithItsDefaults) {
-  Room room;
+  BoxRoom room;
   room.elevations_deg = evenElevations(31, -50.0, 25.0);
   const Cloud cloud = room.scan();
   const PipelineParams params;  // kdtree clustering of 50 to 5000 points, tolerance 0.05 m
