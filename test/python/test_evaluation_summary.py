@@ -79,6 +79,13 @@ def test_bounded_scenes_are_summed_up_apart():
     assert rows["ours", "all scenes"]["iou@0.2"]["mean"] == pytest.approx(0.7)
 
 
+@pytest.mark.parametrize(("bounded", "group"), [(True, "bounded scenes"), (False, "all scenes")])
+def test_groups_that_are_the_same_are_given_once(bounded, group):
+    good = {"0.2": floor(0.9, 1.0)}
+    rows = rows_of([record(name, 0, bounded=bounded, floor=good) for name in ("box", "hall")])
+    assert set(rows) == {("ours", scene) for scene in ("box", "hall", group)}
+
+
 def test_one_scene_has_no_groups():
     assert set(rows_of([record("box", 0, floor={"0.2": floor(0.9, 1.0)})])) == {("ours", "box")}
 

@@ -124,7 +124,8 @@ def summarise(records, cells):
 
     Returns:
         List of dicts: method, scene, level, scans, failed and the figures. The scene of a group is
-        "bounded scenes" or "all scenes"; every scan weighs the same.
+        "bounded scenes" or "all scenes", one of them where they are the same; every scan weighs
+        the same.
     """
     rows = [
         _row(method, scene, level, group, cells)
@@ -139,10 +140,9 @@ def summarise(records, cells):
 def _scene_groups(records):
     if len({record["scene"] for record in records}) < 2:
         return []
-    return [
-        ("bounded scenes", [record for record in records if record["bounded"]]),
-        ("all scenes", records),
-    ]
+    bounded = [record for record in records if record["bounded"]]
+    groups = [("bounded scenes", bounded)] if bounded else []
+    return groups if len(bounded) == len(records) else [*groups, ("all scenes", records)]
 
 
 def _row(method, scene, level, records, cells):

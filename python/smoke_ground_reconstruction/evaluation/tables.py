@@ -208,7 +208,8 @@ def thesis_table_5_2(method, milliseconds):
     ]
     columns = ["component", f"{method}, median [s]", "Hz", "share", "printed [s]"]
     note = (
-        "Ours on this machine, all C++; printed on a Jetson Orin Nano with a Python denoiser."
+        "Ours: wall time on this machine, whatever else it did; the method's own line above tells"
+        " its engine. Printed: a Jetson Orin Nano with a Python denoiser."
         " The reconstruction's row holds the clustering, for which the thesis prints no row."
     )
     return Table("Thesis Table 5.2: computational speed", columns, rows, note)
