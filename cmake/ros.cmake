@@ -10,6 +10,7 @@ smoke_ground_add_library(ros
   src/ros/lazy_nodelet.cpp
   src/ros/mounting_source.cpp
   src/ros/param_conversions.cpp
+  src/ros/room_findings.cpp
   src/ros/sensor_models.cpp
   src/ros/stage_health.cpp
   src/ros/stage_timing.cpp

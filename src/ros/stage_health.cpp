@@ -31,6 +31,12 @@ void StageHealth::scanDropped(const std::string& reason) {
   last_drop_ = reason;
 }
 
+void StageHealth::tell(Findings findings, const std::string& warning) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  findings_ = std::move(findings);
+  warning_ = warning;
+}
+
 void StageHealth::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto now = Clock::now();
@@ -43,6 +49,7 @@ void StageHealth::report(diagnostic_updater::DiagnosticStatusWrapper& status) {
   status.add("scans done", total_.done);
   status.add("scans dropped", total_.dropped);
   status.add("last drop", last_drop_);
+  for (const auto& finding : findings_) status.add(finding.first, finding.second);
   since_ = now;
   recent_ = Counts();
 }
@@ -53,6 +60,8 @@ void StageHealth::summarize(diagnostic_updater::DiagnosticStatusWrapper& status)
     status.summary(DiagnosticStatus::OK, "idle: nobody listens");
   } else if (recent_.dropped > 0) {
     status.summary(DiagnosticStatus::WARN, "dropped a scan: " + last_drop_);
+  } else if (recent_.done > 0 && !warning_.empty()) {
+    status.summary(DiagnosticStatus::WARN, warning_);
   } else if (recent_.done > 0) {
     status.summary(DiagnosticStatus::OK, "running");
   } else if (recent_.arrived > 0) {

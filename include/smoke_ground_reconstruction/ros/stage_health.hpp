@@ -6,11 +6,16 @@
 #include <cstddef>
 #include <mutex>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace smoke_ground_reconstruction {
 
+/// Texts by name.
+using Findings = std::vector<std::pair<std::string, std::string>>;
+
 /// What a nodelet tells /diagnostics of itself: input rate, points in and kept, last processing
-/// time, last drop. Any thread may call any method.
+/// time, last drop, and what the last scan showed. Any thread may call any method.
 class StageHealth {
  public:
   void setListening(bool listening);
@@ -18,9 +23,11 @@ class StageHealth {
   void inputArrived();
   void scanDone(std::size_t points_in, std::size_t points_kept, double milliseconds);
   void scanDropped(const std::string& reason);
+  /// What the last scan showed, and what is to be warned of; empty where nothing is.
+  void tell(Findings findings, const std::string& warning);
 
   /// Fills in the state since the last report. Levels: OK idle (nobody listens) or running; WARN
-  /// where input fails to come, all of it was dropped, or none found its partners.
+  /// where input fails to come, all of it was dropped, none found its partners, or as told.
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
  private:
@@ -40,6 +47,8 @@ class StageHealth {
   std::size_t points_kept_ = 0;
   double milliseconds_ = 0.0;
   std::string last_drop_ = "none";
+  Findings findings_;
+  std::string warning_;
 };
 
 }  // namespace smoke_ground_reconstruction

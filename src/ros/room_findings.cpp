@@ -1,0 +1,56 @@
+#include "smoke_ground_reconstruction/ros/room_findings.hpp"
+
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+namespace smoke_ground_reconstruction {
+namespace {
+
+constexpr double kHeightTolerance = 0.03;  // between given and measured height of the sensor [m]
+
+std::string text(double value, int digits) {
+  std::ostringstream stream;
+  stream << std::fixed << std::setprecision(digits) << value;
+  return stream.str();
+}
+
+std::string heightFrom(FloorSource source) {
+  switch (source) {
+    case FloorSource::kMeasured:
+      return "this scan";
+    case FloorSource::kMeasuredBefore:
+      return "an earlier scan";
+    case FloorSource::kMounting:
+      break;
+  }
+  return "sensor_height";
+}
+
+}  // namespace
+
+Findings findingsOf(const FloorModel& floor, const Visibility& visibility, double sensor_height) {
+  const auto told = [&visibility](double value, int digits) {
+    return visibility.isKnown() ? text(value, digits) : "unknown";
+  };
+  return {{"sensor height given [m]", text(sensor_height, 3)},
+          {"sensor height measured [m]", text(-floor.plane[2], 3)},
+          {"floor's height from", heightFrom(floor.source)},
+          {"extinction [1/m]", told(visibility.extinction, 3)},
+          {"extinction sigma [1/m]", told(visibility.sigma, 3)},
+          {"meteorological range [m]", told(visibility.meteorologicalRange(), 1)}};
+}
+
+std::string heightWarning(const FloorModel& floor, double sensor_height) {
+  if (floor.source == FloorSource::kMounting) {
+    return "the floor's height is not measured: too little floor near sensor_height is seen";
+  }
+  const double measured = -floor.plane[2];
+  if (std::abs(measured - sensor_height) <= kHeightTolerance) {
+    return "";
+  }
+  return "sensor_height is given as " + text(sensor_height, 2) + " m, measured " +
+         text(measured, 2) + " m";
+}
+
+}  // namespace smoke_ground_reconstruction
