@@ -177,6 +177,8 @@ std::vector<Stage> ourStages() {
   PipelineParams params;
   params.segmenter.clustering.cluster_engine = ClusterEngine::kGrid;
   stages.push_back(whole("window, grid", params, Engines()));
+  params.reconstructor.method = ReconstructionMethod::kRoomBoundary;
+  stages.push_back(whole("", params, Engines()));
   return stages;
 }
 

@@ -29,11 +29,11 @@ constexpr double kLeastScreened = 1e-20;      // squared radius [m^2]
 constexpr double kGreatestScreened = 1e30;    // squared radius [m^2]
 constexpr float kLeastSquaredRange = 1e-24F;  // nearer points have no direction [m^2]
 
-constexpr std::uint32_t kLanes = 8;    // candidates looked at together
-constexpr std::uint32_t kPadding = 8;  // places before the first and after the last point
-constexpr std::size_t kAlongRow = 4;   // places looked at to either side of a point
-constexpr std::uint32_t kChunk = 64;   // points counted before asking whether they are enough
-constexpr int kMostBuckets = 1 << 17;  // more cost more to clear than they save
+constexpr std::uint32_t kLanes = 8;              // candidates looked at together
+constexpr std::uint32_t kPadding = 8;            // places before the first and after the last point
+constexpr std::size_t kAlongRow = 4;             // places looked at to either side of a point
+constexpr std::uint32_t kGroupsBetweenSums = 6;  // of kLanes
+constexpr int kMostBuckets = 1 << 17;            // more cost more to clear than they save
 
 // Shells of range, each twice as far as the one before: by half the exponent of squared ranges.
 constexpr int kMostShells = 10;
@@ -130,33 +130,33 @@ SMOKE_GROUND_MULTIVERSION
 Tally tally(const float* x, const float* y, const float* z, const Run* runs, std::size_t run_count,
             const Screen& screen, std::size_t enough) {
   const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7};
-  Tally sum{0, 0};
-  for (std::size_t run = 0; run < run_count && sum.surely < enough; ++run) {
-    for (std::uint32_t from = runs[run].begin; from < runs[run].end; from += kChunk) {
-      const std::uint32_t end = std::min(from + kChunk, runs[run].end);
-      Ints surely = {};
-      Ints possibly = {};
-      for (std::uint32_t i = from; i < end; i += kLanes) {
-        Floats dx, dy, dz;
-        std::memcpy(&dx, x + i, sizeof(dx));
-        std::memcpy(&dy, y + i, sizeof(dy));
-        std::memcpy(&dz, z + i, sizeof(dz));
-        dx -= screen.x;
-        dy -= screen.y;
-        dz -= screen.z;
-        const Floats d2 = (dx * dx + dy * dy) + dz * dz;
-        const Ints is_candidate = lane < static_cast<std::int32_t>(end - i);
-        surely -= (d2 < screen.surely_below) & is_candidate;  // true is -1
-        possibly -= (d2 < screen.possibly_below) & is_candidate;
-      }
-      for (std::uint32_t k = 0; k < kLanes; ++k) {
-        sum.surely += static_cast<std::uint32_t>(surely[k]);
-        sum.possibly += static_cast<std::uint32_t>(possibly[k]);
-      }
-      if (sum.surely >= enough) break;
+  Ints surely = {};
+  Ints possibly = {};
+  const auto sum_of = [](const Ints& lanes) {
+    std::int32_t sum = 0;
+    for (std::uint32_t k = 0; k < kLanes; ++k) sum += lanes[k];
+    return static_cast<std::uint32_t>(sum);
+  };
+  std::uint32_t unsummed = 0;  // groups
+  for (std::size_t run = 0; run < run_count; ++run) {
+    for (std::uint32_t i = runs[run].begin; i < runs[run].end; i += kLanes) {
+      Floats dx, dy, dz;
+      std::memcpy(&dx, x + i, sizeof(dx));
+      std::memcpy(&dy, y + i, sizeof(dy));
+      std::memcpy(&dz, z + i, sizeof(dz));
+      dx -= screen.x;
+      dy -= screen.y;
+      dz -= screen.z;
+      const Floats d2 = (dx * dx + dy * dy) + dz * dz;
+      const Ints is_candidate = lane < static_cast<std::int32_t>(runs[run].end - i);
+      surely -= (d2 < screen.surely_below) & is_candidate;  // true is -1
+      possibly -= (d2 < screen.possibly_below) & is_candidate;
+      if (++unsummed < kGroupsBetweenSums) continue;
+      unsummed = 0;
+      if (sum_of(surely) >= enough) return {sum_of(surely), sum_of(possibly)};
     }
   }
-  return sum;
+  return {sum_of(surely), sum_of(possibly)};
 }
 
 /// For each place the number of those up to kAlongRow before and behind it that are surely nearer
