@@ -101,16 +101,16 @@ def draw_curves(agdor, baselines, title):
         panel.set_xlim(-0.02, 1.02)
         panel.set_ylim(-0.02, 1.02)
         panel.grid(alpha=0.3)
-        panel.legend(fontsize=7, loc="lower left")
+        panel.legend(fontsize=7, loc="center", framealpha=0.7)
     drawing.finish(figure)
     return figure
 
 
 def _draw_curve(panel, colour, name, rows):
-    kept = [row["floor_kept"] for row in rows]
-    removed = [row["smoke_removed"] for row in rows]
-    panel.plot(kept, removed, "-o", color=colour, markersize=3, label=name)
-    for row in (rows[0], rows[-1]):
-        panel.annotate(
-            f"{row['parameter']:g}", (row["floor_kept"], row["smoke_removed"]), fontsize=6
-        )
+    """One curve; its point nearest to the corner that one wants is marked with its parameter."""
+    kept = np.array([row["floor_kept"] for row in rows])
+    removed = np.array([row["smoke_removed"] for row in rows])
+    best = int(np.argmin(np.hypot(1.0 - kept, 1.0 - removed)))
+    label = f"{name}; best at {rows[best]['parameter']:g}"
+    panel.plot(kept, removed, "-o", color=colour, markersize=3, label=label)
+    panel.plot(kept[best], removed[best], "o", color=colour, markersize=9, fillstyle="none")
