@@ -14,6 +14,7 @@ std::uint64_t addressOf(const sensor_msgs::PointCloud2& cloud) {
 
 StageTiming::StageTiming(const std_msgs::Header& header) : message_(boost::make_shared<Timing>()) {
   message_->header = header;
+  told({});
 }
 
 void StageTiming::received(const sensor_msgs::PointCloud2& cloud) {
@@ -31,6 +32,11 @@ void StageTiming::finish(const std::string& stage, std::size_t points_in, std::s
   message_->points_in.push_back(static_cast<std::uint32_t>(points_in));
   message_->points_out.push_back(static_cast<std::uint32_t>(points_out));
   begin_ = now;
+}
+
+void StageTiming::told(const Visibility& visibility) {
+  message_->extinction = visibility.extinction;
+  message_->extinction_sigma = visibility.sigma;
 }
 
 double StageTiming::milliseconds() const {

@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <string>
 
+#include "smoke_ground_reconstruction/visibility.hpp"
+
 namespace smoke_ground_reconstruction {
 
 /// Writes msg/Timing.msg while a scan is worked on.
@@ -21,6 +23,9 @@ class StageTiming {
   void published(const sensor_msgs::PointCloud2ConstPtr& cloud);
   /// Ends a stage that began where the one before ended.
   void finish(const std::string& stage, std::size_t points_in, std::size_t points_out);
+
+  /// Notes how far the sensor sees.
+  void told(const Visibility& visibility);
 
   /// Sum over the stages.
   double milliseconds() const;

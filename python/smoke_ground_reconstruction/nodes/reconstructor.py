@@ -100,6 +100,7 @@ class ReconstructorNode(LazyNode):
         method = self._rooms.setdefault(raw.header.frame_id, RoomBoundary())
         room = method.reconstruct(scan, sensor, mounting)
         timing.finish("reconstruct", len(scan.xyz), len(room.surface))
+        timing.told(room.visibility)
         warning = height_warning(room.floor, mounting.sensor_height)
         self.health.tell(findings_of(room, mounting.sensor_height), warning)
         if warning:

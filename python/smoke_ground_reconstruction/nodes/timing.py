@@ -6,12 +6,15 @@ import numpy as np
 
 from smoke_ground_reconstruction.msg import Timing
 
+from ..reference.visibility import UNKNOWN
+
 
 class StageTiming:
     """The timing of one scan; ``message`` is what goes out."""
 
     def __init__(self, header):
         self.message = Timing(header=header)
+        self.told(UNKNOWN)
         self._begin = time.perf_counter()
 
     def received(self, cloud) -> None:
@@ -30,6 +33,11 @@ class StageTiming:
         self.message.points_in.append(points_in)
         self.message.points_out.append(points_out)
         self._begin = now
+
+    def told(self, visibility) -> None:
+        """Note how far the sensor sees, a reference.visibility.Visibility."""
+        self.message.extinction = visibility.extinction
+        self.message.extinction_sigma = visibility.sigma
 
     def milliseconds(self) -> float:
         """Sum over the stages."""
