@@ -28,6 +28,8 @@ struct FloorSurface {
   std::vector<std::uint16_t> ring;
   std::vector<Provenance> provenance;
   std::vector<float> confidence;  ///< 0..1
+  /// One sigma of the point's height as that of the floor [m]; empty where a method states none.
+  std::vector<float> sigma;
   FloorOutline boundary;
   std::array<double, 3> floor_plane = {0, 0, 0};  ///< a, b, c of z = a x + b y + c, sensor frame
 

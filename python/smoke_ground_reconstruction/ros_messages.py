@@ -40,8 +40,9 @@ _SURFACE_FIELDS = (
     ("ring", 16, PointField.UINT16),
     ("provenance", 18, PointField.UINT8),
     ("confidence", 20, PointField.FLOAT32),
+    ("sigma", 24, PointField.FLOAT32),
 )
-_SURFACE_STEP = 24
+_SURFACE_STEP = 28
 
 
 class CloudError(ValueError):
@@ -159,11 +160,15 @@ def scan_message(header, xyz, intensity, ring, t=None) -> PointCloud2:
 # --- results ------------------------------------------------------------------------------------
 
 
-def surface_message(header, xyz, intensity, ring, provenance, confidence) -> PointCloud2:
-    """The floor's points: x y z intensity FLOAT32, ring UINT16, provenance UINT8, confidence
-    FLOAT32; 24 bytes each."""
+def surface_message(
+    header, xyz, intensity, ring, provenance, confidence, sigma=None
+) -> PointCloud2:
+    """The floor's points: x y z intensity FLOAT32, ring UINT16, provenance UINT8, confidence and
+    sigma FLOAT32; 28 bytes each. Sigma is NaN where none is stated."""
+    if sigma is None:
+        sigma = np.full(len(xyz), np.nan, np.float32)
     values = {"x": xyz[:, 0], "y": xyz[:, 1], "z": xyz[:, 2], "intensity": intensity}
-    values.update(ring=ring, provenance=provenance, confidence=confidence)
+    values.update(ring=ring, provenance=provenance, confidence=confidence, sigma=sigma)
     return _packed(header, _SURFACE_FIELDS, _SURFACE_STEP, values)
 
 

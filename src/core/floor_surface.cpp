@@ -3,7 +3,7 @@
 namespace smoke_ground_reconstruction {
 
 void FloorSurface::clear() {
-  for (auto* values : {&x, &y, &z, &intensity, &confidence}) values->clear();
+  for (auto* values : {&x, &y, &z, &intensity, &confidence, &sigma}) values->clear();
   ring.clear();
   provenance.clear();
   boundary.vertices.clear();

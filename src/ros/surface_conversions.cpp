@@ -6,6 +6,8 @@
 #include <array>
 #include <boost/make_shared.hpp>
 #include <cstring>
+#include <limits>
+#include <vector>
 
 namespace smoke_ground_reconstruction {
 namespace {
@@ -14,7 +16,7 @@ using sensor_msgs::PointField;
 
 // A point of ~ground_surface; the offsets are those of its fields.
 constexpr std::size_t kX = 0, kY = 4, kZ = 8, kIntensity = 12, kRing = 16, kProvenance = 18,
-                      kConfidence = 20, kPointStep = 24;
+                      kConfidence = 20, kSigma = 24, kPointStep = 28;
 
 PointField makeField(const char* name, std::size_t offset, std::uint8_t datatype) {
   PointField field;
@@ -74,7 +76,8 @@ sensor_msgs::PointCloud2Ptr toSurfaceMsg(const std_msgs::Header& header,
                    makeField("intensity", kIntensity, PointField::FLOAT32),
                    makeField("ring", kRing, PointField::UINT16),
                    makeField("provenance", kProvenance, PointField::UINT8),
-                   makeField("confidence", kConfidence, PointField::FLOAT32)};
+                   makeField("confidence", kConfidence, PointField::FLOAT32),
+                   makeField("sigma", kSigma, PointField::FLOAT32)};
   cloud->point_step = kPointStep;
   cloud->height = 1;
   cloud->width = static_cast<std::uint32_t>(surface.size());
@@ -88,6 +91,12 @@ sensor_msgs::PointCloud2Ptr toSurfaceMsg(const std_msgs::Header& header,
   writeField(cloud->data, kRing, surface.ring);
   writeField(cloud->data, kProvenance, surface.provenance);
   writeField(cloud->data, kConfidence, surface.confidence);
+  if (surface.sigma.empty()) {
+    const float none = std::numeric_limits<float>::quiet_NaN();
+    writeField(cloud->data, kSigma, std::vector<float>(surface.size(), none));
+  } else {
+    writeField(cloud->data, kSigma, surface.sigma);
+  }
   return cloud;
 }
 

@@ -76,7 +76,7 @@ class ChainTest(ChainTestCase):
         surface = structured_points(surface_msg)
         result = expected()
 
-        self.assertEqual(surface.dtype.names[-2:], ("provenance", "confidence"))
+        self.assertEqual(surface.dtype.names[-3:], ("provenance", "confidence", "sigma"))
         self.assertGreater(len(surface), 1000)
         np.testing.assert_allclose(surface["z"], -HEIGHT, atol=0.02)
         self.assertLess(np.abs(surface["x"]).max(), HALF_LENGTH + 0.01)

@@ -39,17 +39,19 @@ TEST(SurfaceMessage, HasTheAgreedLayout) {
   surface.ring = {300, 2};
   surface.provenance = {Provenance::kMeasured, Provenance::kReconstructed};
   surface.confidence = {1, 0.25F};
+  surface.sigma = {0.01F, 0.02F};
   const auto cloud = toSurfaceMsg(makeHeader(), surface);
   EXPECT_EQ(describeFields(*cloud),
             "x FLOAT32 @0, y FLOAT32 @4, z FLOAT32 @8, intensity FLOAT32 @12, ring UINT16 @16, "
-            "provenance UINT8 @18, confidence FLOAT32 @20");
+            "provenance UINT8 @18, confidence FLOAT32 @20, sigma FLOAT32 @24");
   EXPECT_EQ(cloud->header.stamp, ros::Time(5, 987654321));
   const CloudView view(*cloud);
   ASSERT_EQ(view.size(), 2U);
   EXPECT_EQ(view.scan().y[1], 4.0F);
   EXPECT_EQ(view.scan().ring[0], 300);
   EXPECT_EQ(view.point(1)[18], 1);
-  EXPECT_EQ((StridedField<float>(view.point(0) + 20, 24)[1]), 0.25F);
+  EXPECT_EQ((StridedField<float>(view.point(0) + 20, 28)[1]), 0.25F);
+  EXPECT_EQ((StridedField<float>(view.point(0) + 24, 28)[1]), 0.02F);
 }
 
 TEST(OccupancyMessage, LiesOnTheFloorOfALevelSensor) {

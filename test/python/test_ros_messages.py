@@ -124,15 +124,19 @@ def test_scan_message_is_read_back():
 def test_surface_message_has_the_agreed_layout():
     provenance = np.array([0, 1, 2, 0, 1, 2], np.uint8)
     confidence = np.linspace(0, 1, 6, dtype=np.float32)
-    message = ros_messages.surface_message(HEADER, XYZ, INTENSITY, RING, provenance, confidence)
+    arrays = (XYZ, INTENSITY, RING, provenance, confidence)
+    message = ros_messages.surface_message(HEADER, *arrays, np.full(6, 0.01, np.float32))
     assert ros_messages.describe_fields(message) == (
         "x FLOAT32 @0, y FLOAT32 @4, z FLOAT32 @8, intensity FLOAT32 @12, ring UINT16 @16, "
-        "provenance UINT8 @18, confidence FLOAT32 @20"
+        "provenance UINT8 @18, confidence FLOAT32 @20, sigma FLOAT32 @24"
     )
     points = ros_messages.structured_points(message)
-    assert points.dtype.itemsize == 24
+    assert points.dtype.itemsize == 28
     np.testing.assert_array_equal(points["provenance"], provenance)
     np.testing.assert_array_equal(points["confidence"], confidence)
+    np.testing.assert_array_equal(points["sigma"], np.float32(0.01))
+    unsaid = ros_messages.surface_message(HEADER, *arrays)
+    assert np.isnan(ros_messages.structured_points(unsaid)["sigma"]).all()
 
 
 def test_occupancy_turns_with_the_mounting():

@@ -13,8 +13,8 @@ namespace smoke_ground_reconstruction {
 
 // The results as messages. Every message carries the scan's header whole and lies in its frame.
 
-/// Points of 24 bytes: x, y, z, intensity FLOAT32, ring UINT16, provenance UINT8, confidence
-/// FLOAT32.
+/// Points of 28 bytes: x, y, z, intensity FLOAT32, ring UINT16, provenance UINT8, confidence
+/// and sigma FLOAT32; sigma is NaN where a method states none.
 sensor_msgs::PointCloud2Ptr toSurfaceMsg(const std_msgs::Header& header,
                                          const FloorSurface& surface);
 

@@ -301,7 +301,13 @@ def _scan_message(scan: LidarScan):
 
 def _surface_message(header: Header, floor: Floor):
     return ros_messages.surface_message(
-        header, floor.xyz, floor.intensity, floor.ring, floor.provenance, floor.confidence
+        header,
+        floor.xyz,
+        floor.intensity,
+        floor.ring,
+        floor.provenance,
+        floor.confidence,
+        floor.sigma,
     )
 
 

@@ -132,9 +132,10 @@ class ReconstructorNode(LazyNode):
     def _publish_floor(self, header, surface, walls, mounting, timing):
         outline = (header, surface.boundary, surface.boundary_kind)
         arrays = (surface.xyz, surface.intensity, surface.ring, surface.provenance)
+        certainty = (surface.confidence, surface.sigma)
         timing.published(
             publish_if_heard(
-                self._surface_pub, lambda: surface_message(header, *arrays, surface.confidence)
+                self._surface_pub, lambda: surface_message(header, *arrays, *certainty)
             )
         )
         publish_if_heard(self._boundary_pub, lambda: boundary_message(*outline))
