@@ -103,7 +103,8 @@ class DropEdgeFinder {
     Direction middle;
   };
 
-  bool strongest(const std::vector<std::array<double, 2>>& walls, DropEdge* edge);
+  void findLikely(const std::vector<std::array<double, 2>>& walls);
+  void addLikely(const Candidate& line, bool is_aligned);
   Candidate freelyTurned();
   Candidate candidate(double nx, double ny);
   Candidate mostAgreed(double nx, double ny, int first, int last);
@@ -111,8 +112,9 @@ class DropEdgeFinder {
                      DropEdge* edge);
   bool longestRun(DropEdge* edge);
 
-  std::vector<Direction> normals_;  // of the coarse search
-  std::vector<std::uint8_t> left_, is_explained_;
+  std::vector<Direction> normals_;          // of the coarse search
+  std::vector<std::uint8_t> left_, still_;  // columns that no edge explains, before and now
+  std::vector<DropEdge> likely_;
   std::vector<std::size_t> explained_, against_;  // columns; how many before each speak against
   std::vector<std::uint8_t> joins_;
   std::vector<Column> use_;
@@ -148,7 +150,7 @@ class DropOffFinder {
   void place(const DropEdge& edge, const std::vector<Direction>& middle, DropOffs* drops);
   void tell(const DropEdge& edge, double rho, const std::vector<Direction>& middle,
             DropOffs* drops) const;
-  void spread(DropOffs* drops) const;
+  void spread(const std::vector<std::uint8_t>& starts, std::size_t widest, DropOffs* drops) const;
   double lastAround(std::size_t column, std::size_t beside, double distance) const;
 
   ColumnRanges floor_, crossings_;
@@ -159,6 +161,7 @@ class DropOffFinder {
   DropEdgeFinder edge_finder_;
   std::vector<DropEdge> edges_;
   std::vector<std::uint8_t> is_taken_, is_explained_;
+  std::vector<std::uint8_t> is_alone_, is_known_, is_end_;
   std::array<std::vector<std::size_t>, 2> drawn_;  // columns beyond either end of an edge
 };
 

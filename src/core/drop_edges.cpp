@@ -46,16 +46,21 @@ void DropEdgeFinder::find(const DropColumns& columns, const std::vector<Directio
     for (std::size_t c = 0; c < left_.size(); ++c) {
       if (left_[c] != 0) use_.push_back({columns.before[c], columns.after[c], middle[c]});
     }
-    DropEdge edge;
-    if (!strongest(walls, &edge)) break;
-    markExplained(columns, middle, &edge);
-    if (longestRun(&edge)) edges->push_back(edge);
+    findLikely(walls);
+    if (likely_.empty()) break;
+    still_ = left_;
+    for (DropEdge& edge : likely_) {
+      markExplained(columns, middle, &edge);
+      if (longestRun(&edge)) edges->push_back(edge);
+    }
   }
 }
 
-/// The line that lies between floor and drop in most columns, with most room.
-bool DropEdgeFinder::strongest(const std::vector<std::array<double, 2>>& walls, DropEdge* edge) {
-  if (use_.size() < kEdgeColumns) return false;
+/// The line that lies between floor and drop in most columns, with most room; in doubt the others
+/// that are as likely come after it.
+void DropEdgeFinder::findLikely(const std::vector<std::array<double, 2>>& walls) {
+  likely_.clear();
+  if (use_.size() < kEdgeColumns) return;
   const Candidate free = freelyTurned();
   aligned_.clear();
   Candidate best;
@@ -65,17 +70,24 @@ bool DropEdgeFinder::strongest(const std::vector<std::array<double, 2>>& walls, 
       if (aligned_.back().score > best.score) best = aligned_.back();
     }
   }
-  edge->is_aligned = best.columns >= std::max<double>(kEdgeColumns, kAlignedShare * free.columns);
-  edge->is_sure = edge->is_aligned &&
-                  std::none_of(aligned_.begin(), aligned_.end(), [&best](const Candidate& one) {
-                    return one.nx * best.nx + one.ny * best.ny < kLikeNormals &&
-                           one.columns > kDoubtShare * best.columns;
-                  });
-  const Candidate& taken = edge->is_aligned ? best : free;
-  edge->nx = taken.nx;
-  edge->ny = taken.ny;
-  edge->rho = taken.rho;
-  return taken.columns >= static_cast<int>(kEdgeColumns);
+  if (best.columns >= std::max<double>(kEdgeColumns, kAlignedShare * free.columns)) {
+    addLikely(best, true);
+    for (const Candidate& one : aligned_) {
+      const bool is_other = one.nx * best.nx + one.ny * best.ny < kLikeNormals;
+      if (is_other && one.columns > kDoubtShare * best.columns) addLikely(one, true);
+    }
+    likely_.front().is_sure = likely_.size() == 1;
+  } else if (free.columns >= static_cast<int>(kEdgeColumns)) {
+    addLikely(free, false);
+  }
+}
+
+void DropEdgeFinder::addLikely(const Candidate& line, bool is_aligned) {
+  likely_.emplace_back();
+  likely_.back().nx = line.nx;
+  likely_.back().ny = line.ny;
+  likely_.back().rho = line.rho;
+  likely_.back().is_aligned = is_aligned;
 }
 
 /// The best line of any normal: a coarse search, then a fine one about its best.
@@ -142,7 +154,7 @@ void DropEdgeFinder::markExplained(const DropColumns& columns, const std::vector
     const double before = columns.before[c] * across;
     const bool agrees = is_facing && before <= edge->rho + kTolerance &&
                         columns.after[c] * across >= edge->rho - kTolerance;
-    if (agrees && left_[c] != 0) {
+    if (agrees && still_[c] != 0) {
       explained_.push_back(c);
       left_[c] = 0;
       edge->drop = std::min(edge->drop, columns.after[c] * across);

@@ -19,8 +19,10 @@ constexpr double kClear = kEdge + kTolerance;  // floor so far behind an edge li
 constexpr double kClose = 0.3;       // floor so near before an edge tells where the edge is [m]
 constexpr double kFarEdge = 0.03;    // behind the first return beyond a drop floor begins [m]
 constexpr double kBeyondEdge = 0.3;  // floor so far beyond an edge: the drop has ended [m]
-constexpr std::size_t kWidestSpread = 25;  // columns beside a drop that may belong to it
-constexpr double kResumed = 0.15;          // floor so near behind an edge shows that it ended [m]
+constexpr std::size_t kWidestSpread = 225;   // columns beside a drop that may belong to it
+constexpr std::size_t kSpreadPastEdge = 40;  // and beyond the last ones of an edge
+constexpr std::size_t kDrawnOnColumns = 25;  // so far an edge of any direction goes on
+constexpr double kResumed = 0.15;            // floor so near behind an edge shows that it ended [m]
 constexpr double kAcross = 0.15;       // least cosine between a column and the normal of an edge
 constexpr double kDrawnOn = 0.3;       // beyond its seen ends an edge of any direction goes on [m]
 constexpr double kDrawnOnShare = 0.5;  // and by a share of its seen length
@@ -75,7 +77,8 @@ void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
   findColumns();
   edge_finder_.find(columns_, middle, walls, &edges_);
   followEdges(middle, drops);
-  spread(drops);
+  spread(is_alone_, kWidestSpread, drops);
+  spread(is_end_, kSpreadPastEdge, drops);
 }
 
 /// Sorts measured floor, and where beams crossed the floor's plane, by column.
@@ -194,11 +197,14 @@ void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* 
     for (std::size_t k = 0; k < edge.count; ++k) is_taken_[(edge.first + k) % columns] = 1;
   }
   is_explained_ = is_taken_;
+  is_end_.assign(columns, 0);
   for (const DropEdge& edge : edges_) {
     drawOn(edge, middle);
     place(edge, middle, drops);
-    for (const auto& side : drawn_) {
-      for (const std::size_t c : side) {
+    const std::array<std::size_t, 2> last = {edge.first, (edge.first + edge.count - 1) % columns};
+    for (std::size_t side = 0; side < 2; ++side) {
+      is_end_[drawn_[side].empty() ? last[side] : drawn_[side].back()] = 1;
+      for (const std::size_t c : drawn_[side]) {
         const auto behind = floorBehind(edge, c, middle);
         if (first_[c] == kInfinity && behind.count >= kFloorAgain) {
           drops->end[c] = behind.nearest / edge.across(middle[c]) + kFarEdge;
@@ -206,6 +212,12 @@ void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* 
         is_explained_[c] = 1;
       }
     }
+  }
+  is_alone_.resize(columns);
+  is_known_.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    is_alone_[c] = first_[c] < kInfinity && is_explained_[c] == 0 ? 1 : 0;
+    is_known_[c] = is_alone_[c] | is_explained_[c];
   }
 }
 
@@ -223,7 +235,7 @@ void DropOffFinder::drawOn(const DropEdge& edge, const std::vector<Direction>& m
       const bool is_far =
           !edge.is_aligned && std::fabs(edge.along(middle[c]) - along[side]) > farthest;
       const double resumes = floorBehind(edge, c, middle).nearest;
-      if ((is_far && k > kWidestSpread) || resumes < edge.rho + kClear + kResumed) break;
+      if ((is_far && k > kDrawnOnColumns) || resumes < edge.rho + kClear + kResumed) break;
       drawn_[side].push_back(c);
     }
   }
@@ -281,20 +293,19 @@ void DropOffFinder::tell(const DropEdge& edge, double rho, const std::vector<Dir
   }
 }
 
-/// A drop without an edge goes on sideways until floor is measured well beyond it.
-void DropOffFinder::spread(DropOffs* drops) const {
+/// A drop goes on sideways until floor is measured well beyond it: where it ends is not seen.
+void DropOffFinder::spread(const std::vector<std::uint8_t>& starts, std::size_t widest,
+                           DropOffs* drops) const {
   const std::size_t columns = first_.size();
-  const auto is_alone = [this](std::size_t c) {
-    return first_[c] < kInfinity && is_explained_[c] == 0;
-  };
   for (const std::size_t step : {std::size_t{1}, columns - 1}) {
     for (std::size_t c = 0; c < columns; ++c) {
-      if (!is_alone(c)) continue;
+      if (starts[c] == 0) continue;
       double edge = drops->begin[c];
-      for (std::size_t k = 1; k <= kWidestSpread; ++k) {
+      for (std::size_t k = 1; k <= widest; ++k) {
         const std::size_t at = (c + step * k) % columns;
+        if (is_known_[at] != 0) break;
         const double farthest = lastAround(at, kNeighbors, kInfinity);
-        if (is_alone(at) || farthest > edge + kBeyondEdge) break;
+        if (farthest > edge + kBeyondEdge) break;
         edge = std::max(edge, farthest - kEdge);
         drops->begin[at] = std::min(drops->begin[at], edge);
       }

@@ -323,6 +323,23 @@ def test_an_edge_that_may_run_either_way_tells_of_no_floor():
     assert np.all(drops.floor_to == 0.0)
     c = column_at(35.0)
     assert drops.begin[c] * DIRECTIONS[c, 0] < 1.5
+    # The hole may lie behind either, x = 3.2 or y = 3.2 tan 33 deg = 2.08, to both sides.
+    for azimuth in (25.0, 45.0):
+        c = column_at(azimuth)
+        east, north = DIRECTIONS[c]
+        assert drops.begin[c] <= min(3.2 / east, 2.08 / north)
+
+
+def test_a_drop_goes_on_past_its_edge_where_smoke_hides_the_floor():
+    seen = [0.4 * k for k in range(-15, 16)]
+    crossed = [(x, azimuth) for azimuth in seen for x in (3.06, 3.4)]
+    # Floor right behind the edge ends it at 10 deg; what the next columns hold is not seen.
+    behind = [(x, azimuth) for azimuth in (10.0, 10.4, 10.8) for x in (3.12, 3.13)]
+    returns = ledge(crossed, [(2.94, azimuth) for azimuth in seen] + behind)
+    drops = find_drop_offs(*returns, 0.7, DIRECTIONS, [(1.0, 0.0)])
+    c = column_at(15.0)
+    assert 2.9 < drops.begin[c] < 3.13 / DIRECTIONS[column_at(10.8), 0]
+    assert drops.begin[column_at(30.0)] == np.inf  # 16 deg and no farther
 
 
 def test_no_floor_is_claimed_over_a_ledge():

@@ -13,7 +13,6 @@ from .predicates import Direction
 
 EDGE = 0.02  # measured floor ends this far before the edge for certain [m]
 TOLERANCE = 0.03  # of a return's place against an edge [m]
-WIDEST_SPREAD = 25  # columns to either side of a drop that may belong to it
 
 _ANGLES, _STEP_DEG = 180, 2.0  # of an edge's normal, coarse search
 _FINE_ANGLES, _FINE_STEP_DEG = 10, 0.2  # to either side of the best one
@@ -32,6 +31,7 @@ _RESUMED = 0.15  # and floor so near behind it, that it ended before [m]
 _PASSED_COLUMNS = 2
 _WIDEST_SPAN = 90.0  # between two columns of one edge [deg]
 _CLEAR = EDGE + TOLERANCE  # measured floor lies behind an edge if it is so far behind it [m]
+_DRAWN_ON_COLUMNS = 25  # so far an edge of any direction goes on, or by
 _DRAWN_ON, _DRAWN_ON_SHARE = 0.3, 0.5  # beyond its seen ends: metres, and of its seen length
 
 
@@ -64,36 +64,39 @@ def find_edges(before, after, sees, directions, walls):
     """The edges, each as far as it is seen, and where the drop behind it begins for certain."""
     left, edges = sees.copy(), []
     for _ in range(_MOST_EDGES):
-        found = _strongest_edge(before, after, left, directions, walls)
-        if found is None:
+        likely = _likely_edges(before, after, left, directions, walls)
+        if not likely:
             break
-        explained, run = _longest_run(found[:3], before, after, left, sees, directions)
-        left &= ~explained
-        if run is not None:
-            edge = Edge(*found, *run)
-            across = edge.across(directions[explained])
-            edges.append((edge, float((after[explained] * across).min())))
+        still = left.copy()
+        for line in likely:
+            explained, run = _longest_run(line[:3], before, after, still, sees, directions)
+            left &= ~explained
+            if run is not None:
+                edge = Edge(*line, *run)
+                across = edge.across(directions[explained])
+                edges.append((edge, float((after[explained] * across).min())))
     return edges
 
 
-def _strongest_edge(before, after, use, directions, walls):
+def _likely_edges(before, after, use, directions, walls):
     """The line that lies between floor and drop in most columns, with most room.
 
     Its normal, its distance, whether it runs along or across a wall, and whether it does so beyond
-    doubt; None where no line lies there in enough columns.
+    doubt. In doubt the others that are as likely come after it; none where no line lies there in
+    enough columns.
     """
     use = np.flatnonzero(use)
     if len(use) < _EDGE_COLUMNS:
-        return None
+        return []
     columns = before[use], after[use], directions[use]
     free = _freely_turned(columns)
     aligned = _candidates(columns, _along_and_across(walls))
     best = _first_best(aligned)
     if best is not None and best.columns >= max(_EDGE_COLUMNS, _ALIGNED_SHARE * free.columns):
         others = [one for one in aligned if one.nx * best.nx + one.ny * best.ny < _LIKE_NORMALS]
-        doubt = any(one.columns > _DOUBT_SHARE * best.columns for one in others)
-        return best.nx, best.ny, best.rho, True, not doubt
-    return (free.nx, free.ny, free.rho, False, False) if free.columns >= _EDGE_COLUMNS else None
+        others = [one for one in others if one.columns > _DOUBT_SHARE * best.columns]
+        return [(one.nx, one.ny, one.rho, True, len(others) == 0) for one in (best, *others)]
+    return [(free.nx, free.ny, free.rho, False, False)] if free.columns >= _EDGE_COLUMNS else []
 
 
 def _along_and_across(walls):
@@ -208,7 +211,7 @@ def drawn_on(edge, taken, floor, directions):
                 break
             far = not edge.aligned and abs(edge.along(directions[c]) - start) > farthest
             _, resumes = floor_behind(edge, c, floor, directions)
-            if (far and k > WIDEST_SPREAD) or resumes < edge.rho + _CLEAR + _RESUMED:
+            if (far and k > _DRAWN_ON_COLUMNS) or resumes < edge.rho + _CLEAR + _RESUMED:
                 break
             side.append(c)
     return drawn

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .drop_edges import EDGE, TOLERANCE, WIDEST_SPREAD, drawn_on, find_edges, floor_behind
+from .drop_edges import EDGE, TOLERANCE, drawn_on, find_edges, floor_behind
 
 _DEPTH, _DEPTH_SLOPE = 0.04, 0.015  # a return so far below the floor is none of it [m], and per m
 _NEIGHBORS = 2  # columns to either side that share what they see
@@ -22,6 +22,8 @@ _FLOOR_AGAIN = 3  # measured returns of floor beyond a drop
 _CLOSE = 0.3  # floor so near before an edge tells where the edge is [m]
 _FAR_EDGE = 0.03  # and begins so far behind the first return beyond a drop [m]
 _BEYOND_EDGE = 0.3  # floor measured so far beyond an edge shows that the drop ended [m]
+_WIDEST_SPREAD = 225  # columns to either side of a drop without an edge that may belong to it
+_SPREAD_PAST_EDGE = 40  # and beyond the last ones of an edge
 
 
 @dataclass(frozen=True)
@@ -75,8 +77,10 @@ def find_drop_offs(column, planar, height, is_floor, sensor_height, directions, 
     own = np.minimum(own, np.minimum(np.roll(own, 1), np.roll(own, -1)))
     first, last = _joined(*_witnessed(column[below], crossing, columns))
     _single_columns(first, last, floor, begin, end)
-    alone = _along_edges(own, first, floor, directions, walls, begin, end, floor_to)
-    _spread(begin, alone, floor.farthest())
+    alone, known, ends = _along_edges(own, first, floor, directions, walls, begin, end, floor_to)
+    farthest = floor.farthest()
+    _spread(begin, known, alone, _WIDEST_SPREAD, farthest)
+    _spread(begin, known, ends, _SPREAD_PAST_EDGE, farthest)
     return DropOffs(begin, end, floor_to)
 
 
@@ -160,25 +164,32 @@ def _single_columns(first, last, floor, begin, end):
 
 
 def _along_edges(own, first, floor, directions, walls, begin, end, floor_to):
-    """Begin at straight edges where they explain what is seen; the columns that none explains."""
+    """Begin at straight edges where they explain what is seen.
+
+    Returns three maps of columns: those of a drop that no edge explains, all of which a drop is
+    known, and the last ones of edges.
+    """
     columns = len(own)
     sees = np.isfinite(own) & np.isfinite(first)
     before = np.array([floor.last_around(c, min(own[c], first[c])) for c in range(columns)])
     edges = find_edges(before, own, sees, directions, walls)
-    taken = np.zeros(columns, bool)
-    for edge, _ in edges:
-        taken[(edge.first + np.arange(edge.count)) % columns] = True
+    spans = [(edge.first + np.arange(edge.count)) % columns for edge, _ in edges]
+    taken, ends = np.zeros(columns, bool), np.zeros(columns, bool)
+    for span in spans:
+        taken[span] = True
     explained = taken.copy()
-    for edge, drop in edges:
-        spanned = (edge.first + np.arange(edge.count)) % columns
+    for (edge, drop), span in zip(edges, spans):
         drawn = drawn_on(edge, taken, floor, directions)
-        _place(edge, drop, spanned, drawn, before, directions, begin, floor_to)
-        for c in drawn[0] + drawn[1]:
-            count, resumes = floor_behind(edge, c, floor, directions)
-            if not np.isfinite(first[c]) and count >= _FLOOR_AGAIN:
-                end[c] = resumes / edge.across(directions[c]) + _FAR_EDGE
-            explained[c] = True
-    return np.isfinite(first) & ~explained
+        _place(edge, drop, span, drawn, before, directions, begin, floor_to)
+        for side, last in zip(drawn, (span[0], span[-1])):
+            ends[side[-1] if side else last] = True
+            for c in side:
+                count, resumes = floor_behind(edge, c, floor, directions)
+                if not np.isfinite(first[c]) and count >= _FLOOR_AGAIN:
+                    end[c] = resumes / edge.across(directions[c]) + _FAR_EDGE
+                explained[c] = True
+    alone = np.isfinite(first) & ~explained
+    return alone, alone | explained, ends
 
 
 def _place(edge, drop, spanned, drawn, before, directions, begin, floor_to):
@@ -206,14 +217,14 @@ def _is_close(edge, before, direction):
     return edge.rho - _CLOSE < before * across < edge.rho + TOLERANCE
 
 
-def _spread(begin, seen, farthest):
-    """A drop without an edge goes on sideways until floor is measured well beyond it."""
+def _spread(begin, known, starts, widest, farthest):
+    """A drop goes on sideways until floor is measured well beyond it: where it ends is not seen."""
     for step in (1, -1):
-        for c in np.flatnonzero(seen):
+        for c in np.flatnonzero(starts):
             edge = begin[c]
-            for k in range(1, WIDEST_SPREAD + 1):
+            for k in range(1, widest + 1):
                 at = (c + step * k) % len(begin)
-                if seen[at] or farthest[at] > edge + _BEYOND_EDGE:
+                if known[at] or farthest[at] > edge + _BEYOND_EDGE:
                     break
                 edge = max(edge, farthest[at] - EDGE)
                 begin[at] = min(begin[at], edge)
