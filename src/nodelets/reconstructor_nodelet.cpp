@@ -3,12 +3,16 @@
 #include <message_filters/synchronizer.h>
 #include <sensor_msgs/PointCloud2.h>
 
+#include <map>
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 #include <stdexcept>
+#include <string>
 
 #include "smoke_ground_reconstruction/occupancy.hpp"
+#include "smoke_ground_reconstruction/point_selection.hpp"
 #include "smoke_ground_reconstruction/polar_segments.hpp"
+#include "smoke_ground_reconstruction/room_boundary.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/floor_markers.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
@@ -31,14 +35,17 @@ void checkFrame(const PointCloud2& scan, const PointCloud2& part, const char* to
 
 }  // namespace
 
-/// Makes the floor: ~input (the raw scan), ~ground and ~walls of one stamp -> ~ground_surface,
-/// ~occupancy, ~boundary, ~boundary_polygon and ~markers.
+/// Makes the floor: ~ground_surface, ~occupancy, ~boundary, ~boundary_polygon and ~markers.
+///
+/// polar_segments takes ~input (the raw scan), ~ground and ~walls of one stamp. room_boundary
+/// denoises and segments by itself: it takes ~input alone and lets the stages before sleep.
 class ReconstructorNodelet : public LazyNodelet {
  private:
   void setUp() override {
     sensors_ = std::make_unique<SensorModels>(getPrivateNodeHandle());
     mounting_ = std::make_unique<MountingSource>(getPrivateNodeHandle());
-    params_ = std::make_unique<TunableParams<ReconstructorConfig>>(getMTPrivateNodeHandle());
+    params_ = std::make_unique<TunableParams<ReconstructorConfig>>(getMTPrivateNodeHandle(),
+                                                                   [this] { onParams(); });
     raw_sub_.registerCallback(
         [this](const ros::MessageEvent<const PointCloud2>&) { health().inputArrived(); });
   }
@@ -51,32 +58,74 @@ class ReconstructorNodelet : public LazyNodelet {
     markers_pub_ = advertiseOutput<visualization_msgs::MarkerArray>("markers");
   }
 
+  /// The inputs hang on the method. Changed on the queue of the scans: none is in work then.
+  void onParams() {
+    switch_timer_ = getPrivateNodeHandle().createWallTimer(
+        ros::WallDuration(0.0),
+        [this](const ros::WallTimerEvent&) {
+          if (params_->get()->method != listened_for_) listenAnew();
+        },
+        true);
+  }
+
   void startListening() override {
     auto& pnh = getPrivateNodeHandle();
     const auto hints = ros::TransportHints().tcpNoDelay();
+    listened_for_ = params_->get()->method;
+    if (listened_for_ == ReconstructionMethod::kRoomBoundary) {
+      raw_alone_sub_ =
+          pnh.subscribe("input", kInputQueueSize, &ReconstructorNodelet::onRaw, this, hints);
+      return;
+    }
     sync_ =
         std::make_unique<Synchronizer>(Policy(kSyncQueueSize), raw_sub_, ground_sub_, walls_sub_);
-    sync_->registerCallback(&ReconstructorNodelet::onScan, this);
+    sync_->registerCallback(&ReconstructorNodelet::onParts, this);
     raw_sub_.subscribe(pnh, "input", kSyncQueueSize, hints);
     ground_sub_.subscribe(pnh, "ground", kSyncQueueSize, hints);
     walls_sub_.subscribe(pnh, "walls", kSyncQueueSize, hints);
   }
 
   void stopListening() override {
+    raw_alone_sub_.shutdown();
     raw_sub_.unsubscribe();
     ground_sub_.unsubscribe();
     walls_sub_.unsubscribe();
     sync_.reset();  // with what waits in it
   }
 
-  void onScan(const PointCloud2ConstPtr& raw, const PointCloud2ConstPtr& ground,
-              const PointCloud2ConstPtr& walls) {
-    handleScan(raw->header,
-               [&](StageTiming& timing) { return reconstruct(*raw, *ground, *walls, timing); });
+  // The inputs tell the method, not the parameters: those may change while a scan is under way.
+
+  void onRaw(const PointCloud2ConstPtr& raw) {
+    health().inputArrived();
+    handleScan(raw->header, [&](StageTiming& timing) { return findRoom(*raw, timing); });
   }
 
-  Kept reconstruct(const PointCloud2& raw, const PointCloud2& ground, const PointCloud2& walls,
-                   StageTiming& timing) {
+  void onParts(const PointCloud2ConstPtr& raw, const PointCloud2ConstPtr& ground,
+               const PointCloud2ConstPtr& walls) {
+    handleScan(raw->header,
+               [&](StageTiming& timing) { return fillSegments(*raw, *ground, *walls, timing); });
+  }
+
+  Kept findRoom(const PointCloud2& raw, StageTiming& timing) {
+    timing.received(raw);
+    const CloudView cloud(raw);
+    if (!cloud.hasRing()) warnOfDerivedRings(raw);
+    const auto params = params_->get();
+    const Mounting mounting = mounting_->at(raw.header, params->sensor_height);
+    const SensorModel& sensor = sensors_->observe(raw.header.frame_id, cloud.scan());
+    timing.finish("organise", cloud.size(), cloud.size());
+
+    rooms_[raw.header.frame_id].reconstruct(cloud.scan(), sensor, mounting, &room_);
+    timing.finish("reconstruct", cloud.size(), room_.surface.size());
+
+    PointSelection walls;
+    walls.appendAll(cloud.scan(), room_.labels, Label::kWall);
+    publishFloor(raw.header, room_.surface, walls.view(), mounting, *params, timing);
+    return {cloud.size(), room_.surface.size()};
+  }
+
+  Kept fillSegments(const PointCloud2& raw, const PointCloud2& ground, const PointCloud2& walls,
+                    StageTiming& timing) {
     for (const PointCloud2* cloud : {&raw, &ground, &walls}) timing.received(*cloud);
     checkFrame(raw, ground, "~ground");
     checkFrame(raw, walls, "~walls");
@@ -93,22 +142,22 @@ class ReconstructorNodelet : public LazyNodelet {
             .reconstruct(ground_view.scan(), walls_view.scan(), sensor, mounting);
     timing.finish("reconstruct", ground_view.size() + walls_view.size(), surface.size());
 
-    publishFloor(raw.header, surface, mounting, timing);
-    publishIfHeard(occupancy_pub_, [&] {
-      return toOccupancyMsg(
-          raw.header, rasterize(surface, walls_view.scan(), mounting, params->occupancy_resolution),
-          mounting);
-    });
-    timing.finish("publish", surface.size(), surface.size());
+    publishFloor(raw.header, surface, walls_view.scan(), mounting, *params, timing);
     return {scan.size(), surface.size()};
   }
 
   void publishFloor(const std_msgs::Header& header, const FloorSurface& surface,
-                    const Mounting& mounting, StageTiming& timing) {
+                    const ScanView& walls, const Mounting& mounting,
+                    const ReconstructorParams& params, StageTiming& timing) {
     timing.published(publishIfHeard(surface_pub_, [&] { return toSurfaceMsg(header, surface); }));
     publishIfHeard(boundary_pub_, [&] { return toBoundaryMsg(header, surface.boundary); });
     publishIfHeard(polygon_pub_, [&] { return toPolygonMsg(header, surface.boundary); });
     publishIfHeard(markers_pub_, [&] { return toMarkers(header, surface.boundary, mounting); });
+    publishIfHeard(occupancy_pub_, [&] {
+      return toOccupancyMsg(
+          header, rasterize(surface, walls, mounting, params.occupancy_resolution), mounting);
+    });
+    timing.finish("publish", surface.size(), surface.size());
   }
 
   using Policy = message_filters::sync_policies::ExactTime<PointCloud2, PointCloud2, PointCloud2>;
@@ -123,6 +172,11 @@ class ReconstructorNodelet : public LazyNodelet {
   ros::Publisher surface_pub_, occupancy_pub_, boundary_pub_, polygon_pub_, markers_pub_;
   message_filters::Subscriber<PointCloud2> raw_sub_, ground_sub_, walls_sub_;
   std::unique_ptr<Synchronizer> sync_;
+  ros::Subscriber raw_alone_sub_;
+  ros::WallTimer switch_timer_;
+  ReconstructionMethod listened_for_ = ReconstructionMethod::kPolarSegments;
+  std::map<std::string, RoomBoundary> rooms_;  // by frame_id
+  RoomBoundaryResult room_;
 };
 
 }  // namespace smoke_ground_reconstruction

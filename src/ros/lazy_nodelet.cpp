@@ -45,6 +45,13 @@ void LazyNodelet::updateListening() {
   is_heard ? startListening() : stopListening();
 }
 
+void LazyNodelet::listenAnew() {
+  const std::lock_guard<std::mutex> lock(connect_mutex_);
+  if (!is_listening_) return;
+  stopListening();
+  startListening();
+}
+
 void LazyNodelet::handleScan(const std_msgs::Header& header,
                              const std::function<Kept(StageTiming&)>& work) {
   try {

@@ -316,6 +316,29 @@ class ChainTest(ChainTestCase):
             client.update_configuration({"intensity_threshold": 25.0})
             client.close()
 
+    def test_room_boundary_takes_the_raw_scan_alone(self):
+        listeners = self.listen("reconstructor/ground_surface", "reconstructor/occupancy")
+        self.wake(room_cloud, *listeners)
+        client = dynamic_reconfigure.client.Client(f"{NS}/reconstructor", timeout=30)
+        try:
+            client.update_configuration({"method": "room_boundary"})
+            for node in ("denoiser", "segmenter"):
+                self.diagnostics.wait(node, lambda s: "idle" in s.message, "idle")
+            surface, occupancy = self.ask(floorless_cloud, *listeners)
+            above = ~(ROOM[0][:, 2] < -HEIGHT + 0.01)
+            params = Params.from_yaml(ROOM_YAML)
+            params.reconstructor.method = "room_boundary"
+            result = Pipeline(params).process(*(array[above] for array in ROOM))
+            points = structured_points(surface)
+            xyz = np.column_stack([points[name] for name in "xyz"])
+            np.testing.assert_array_equal(xyz, result.surface)
+            cells = np.array(occupancy.data, np.int8)
+            np.testing.assert_array_equal(cells, result.occupancy.cells.ravel())
+        finally:
+            client.update_configuration({"method": "polar_segments"})
+            client.close()
+        self.wake(room_cloud, *listeners)  # the other nodelets work again
+
     def test_a_change_of_parameters_does_not_wait_for_the_scan(self):
         timing, noise = self.listen("denoiser/timing", "denoiser/noise")
         self.wake(room_cloud, noise, timing)

@@ -46,6 +46,9 @@ class LazyNodelet : public nodelet::Nodelet {
   };
   void handleScan(const std_msgs::Header& header, const std::function<Kept(StageTiming&)>& work);
 
+  /// Stops and starts listening, where it listens at all.
+  void listenAnew();
+
   /// Warns once in the life of the nodelet that rings had to be derived.
   void warnOfDerivedRings(const sensor_msgs::PointCloud2& cloud);
 

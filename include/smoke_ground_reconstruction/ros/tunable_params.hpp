@@ -4,10 +4,13 @@
 #include <ros/console.h>
 #include <ros/node_handle.h>
 
+#include <atomic>
 #include <boost/thread/recursive_mutex.hpp>
+#include <functional>
 #include <memory>
 #include <stdexcept>
 #include <type_traits>
+#include <utility>
 
 #include "smoke_ground_reconstruction/ros/param_conversions.hpp"
 
@@ -22,8 +25,12 @@ class TunableParams {
 
   /// \param nh  private handle whose queue serves the changes; give it a queue of its own threads
   ///            (getMTPrivateNodeHandle()), so that a change never waits for a scan.
-  explicit TunableParams(const ros::NodeHandle& nh) : server_(mutex_, nh) {
+  /// \param on_change  called after each change, on that queue.
+  explicit TunableParams(
+      const ros::NodeHandle& nh, std::function<void()> on_change = [] {})
+      : on_change_(std::move(on_change)), server_(mutex_, nh) {
     server_.setCallback([this](Config& config, std::uint32_t) { onConfig(config); });
+    is_ready_ = true;
   }
 
   std::shared_ptr<const Params> get() const { return std::atomic_load(&params_); }
@@ -40,12 +47,15 @@ class TunableParams {
       store(config);
     }
     accepted_ = config;
+    if (is_ready_) on_change_();
   }
 
   void store(const Config& config) {
     std::atomic_store(&params_, std::make_shared<const Params>(toParams(config)));
   }
 
+  std::function<void()> on_change_;
+  std::atomic<bool> is_ready_{false};  // not while the owner makes this
   Config accepted_ = Config::__getDefault__();
   std::shared_ptr<const Params> params_;
   boost::recursive_mutex mutex_;
