@@ -121,9 +121,8 @@ def _params_class():
     return Params
 
 
-def _pipeline(load_params, engine=None):
-    """The pipeline with the Params that load_params gives; by default on the engine that has their
-    method."""
+def _pipeline(load_params, engine="cpp"):
+    """The pipeline with the Params that load_params gives."""
 
     def run(scan, denoise):
         from smoke_ground_reconstruction.pipeline import Pipeline
@@ -133,8 +132,7 @@ def _pipeline(load_params, engine=None):
             params.denoiser.intensity_threshold = 0.0  # nothing is a candidate
         # A pipeline may learn from scan to scan. Each scan gets a fresh one, so that no score
         # depends on the order of work.
-        chosen = "python" if params.reconstructor.method == "room_boundary" else "cpp"
-        result = Pipeline(params, engine or chosen, elevation_deg=scan.elevation_deg).process(
+        result = Pipeline(params, engine, elevation_deg=scan.elevation_deg).process(
             scan.xyz, scan.intensity, scan.ring, sensor_height=scan.sensor_height
         )
         removed = (result.labels == Label.NOISE) | (result.labels == Label.INVALID)
@@ -253,7 +251,7 @@ METHODS = {
         Method(
             "room_boundary",
             "pipeline",
-            "The room's boundary per column, in the Python reference",
+            "The room's boundary per column",
             _pipeline(lambda: _params_class().from_dict(_ROOM_BOUNDARY)),
         ),
         *(_ablation(name) for name in ablation.WITHOUT),
