@@ -43,18 +43,25 @@ class FloorCompletion {
   /// How far the floor of a room is claimed, and which returns are floor.
   const FloorClaim& claim(const Room& room);
   /// Claimed floor where none was measured: the beams' own points, then the fill.
-  const DrawnFloor& draw(const Room& room, const SensorModel& sensor, const Mounting& mounting);
+  const DrawnFloor& draw(Room* room, const SensorModel& sensor, const Mounting& mounting);
   /// The surface: measured points in input order, then the drawn ones; and the outline, a vertex
   /// per column where floor is claimed, and the foot once where none is.
   /// \param scan  of which the points `valid` are the room's returns.
-  void merge(const ScanView& scan, const std::vector<std::uint32_t>& valid, const Room& room,
-             const SensorModel& sensor, const Mounting& mounting, FloorSurface* surface);
+  /// \param floor  in the level frame.
+  void merge(const ScanView& scan, const std::vector<std::uint32_t>& valid, Room* room,
+             const SensorModel& sensor, const Mounting& mounting, const FloorModel& floor,
+             FloorSurface* surface);
 
  private:
+  void raise(FloorRelief* relief);
   void drawBeams(const Room& room, const SensorModel& sensor, const Mounting& mounting);
   void drawFill(const Room& room);
   void push(const Room& room, double x, double y, double z, std::size_t column, double planar,
             std::int32_t ring);
+  void appendMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
+                      const Room& room, const FloorModel& floor, FloorSurface* surface) const;
+  void appendDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
+                   const FloorModel& floor, FloorSurface* surface);
   void outline(const Room& room, const Mounting& mounting, FloorOutline* boundary) const;
   std::uint16_t nearestRing(const SensorModel& sensor, const std::array<float, 3>& point);
 

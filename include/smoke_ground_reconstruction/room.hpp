@@ -9,7 +9,9 @@
 #include "smoke_ground_reconstruction/drop_offs.hpp"
 #include "smoke_ground_reconstruction/floor_cells.hpp"
 #include "smoke_ground_reconstruction/floor_model.hpp"
+#include "smoke_ground_reconstruction/floor_relief.hpp"
 #include "smoke_ground_reconstruction/posts.hpp"
+#include "smoke_ground_reconstruction/visibility.hpp"
 #include "smoke_ground_reconstruction/wall_lines.hpp"
 #include "smoke_ground_reconstruction/wall_profile.hpp"
 
@@ -41,8 +43,11 @@ class Room {
   /// \param rotation  from the level to the upright frame, row by row.
   void look(const Points& level, const std::vector<float>& intensity, const FloorModel& floor,
             const std::array<double, 9>& rotation);
-  /// Lines, the profile of the boundary and the drop-offs.
+  /// Relief, lines, the profile of the boundary and the drop-offs.
   void findWalls(const ColumnDirections& directions);
+  /// The smoke's extinction from the boundary's walls.
+  /// \param intensity  as in look().
+  Visibility visibility(const std::vector<float>& intensity, VisibilityEstimator* estimator);
 
   /// Number of returns that stand in posts.
   std::size_t postReturns() const;
@@ -71,6 +76,8 @@ class Room {
   const UpwardView& view() const { return view_; }
   const Profile& profile() const { return profile_; }
   const DropOffs& drops() const { return drops_; }
+  /// What of the floor is not on its plane; remembers what it was asked.
+  FloorRelief& relief() { return relief_; }
   /// How far floor, or a ceiling over it, is seen in each column [m].
   const std::vector<double>& seenFloor() const { return seen_floor_; }
 
@@ -81,6 +88,7 @@ class Room {
   double softGate(const std::vector<float>& intensity) const;
   void sortOut(const std::vector<float>& intensity);
   double steepest();
+  void findRelief();
   void markFeetOfWalls(const ColumnDirections& directions);
   void findSeen();
   void findDrops(const ColumnDirections& directions);
@@ -97,6 +105,8 @@ class Room {
   LevelCells level_cells_;
   PostFinder post_finder_;
   Posts posts_;
+  ReliefReturns relief_returns_;
+  FloorRelief relief_;
   LineFinder line_finder_;
   Lines lines_;
   WallSupport support_;
@@ -107,6 +117,7 @@ class Room {
   DropOffReturns drop_returns_;
   DropOffFinder drop_finder_;
   DropOffs drops_;
+  WallLight wall_light_;
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<std::uint32_t> slope_counts_;

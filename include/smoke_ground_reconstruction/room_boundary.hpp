@@ -12,6 +12,7 @@
 #include "smoke_ground_reconstruction/room.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
 #include "smoke_ground_reconstruction/sensor_model.hpp"
+#include "smoke_ground_reconstruction/visibility.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -24,6 +25,7 @@ struct RoomBoundaryResult {
   Profile profile;            ///< of the walls, in the upright frame
   DropOffs drops;
   std::vector<double> limit;  ///< how far floor is claimed in each column [m]
+  Visibility visibility;
 };
 
 /// The full floor of a room from its floor plane, its walls and its drop-offs.
@@ -48,7 +50,7 @@ class RoomBoundary {
 
  private:
   void takeIn(const ScanView& scan, const Mounting& mounting);
-  const Room& look(const FloorModel& floor);
+  Room& look(const FloorModel& floor);
   void label(const Room& room, const FloorClaim& claim, std::vector<Label>* labels) const;
 
   AzimuthBins bins_;
@@ -60,6 +62,7 @@ class RoomBoundary {
   std::vector<float> intensity_;
   std::array<Room, 2> rooms_;
   FloorCompletion completion_;
+  VisibilityEstimator visibility_;
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -32,6 +32,7 @@ void bindSurface(py::module& m) {
                              [](const Surface& s) { return toArray<std::uint8_t>(s.provenance); })
       .def_property_readonly("confidence",
                              [](const Surface& s) { return toArray<float>(s.confidence); })
+      .def_property_readonly("sigma", [](const Surface& s) { return toArray<float>(s.sigma); })
       .def_property_readonly("boundary",
                              [](const Surface& s) {
                                const auto n = static_cast<py::ssize_t>(s.boundary.vertices.size());

@@ -41,6 +41,7 @@ void bindResult(py::module& m) {
   py::class_<Result>(m, "RoomBoundaryResult", "The floor and what it was made from.")
       .def_readonly("surface", &Result::surface)
       .def_readonly("floor", &Result::floor)
+      .def_property_readonly("extinction", [](const Result& r) { return r.visibility.extinction; })
       .def_property_readonly("labels",
                              [](const Result& r) { return toArray<std::uint8_t>(r.labels); })
       .def_property_readonly("limit", [](const Result& r) { return toArray<double>(r.limit); })

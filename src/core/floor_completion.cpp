@@ -15,11 +15,9 @@ constexpr double kFill = 0.06;       // claimed floor between the rings is drawn
 constexpr double kColumn = 0.00698;  // width of a column at 1 m [m]
 constexpr double kFlattest = -1e-3;  // beams that fall by less against the floor never meet it
 
-std::array<float, 3> toSensor(const Matrix3& level_from_upright, const Mounting& mounting, float x,
-                              float y, float z) {
+std::array<float, 3> toLevel(const Matrix3& level_from_upright, float x, float y, float z) {
   const Vector3 level = times(level_from_upright, Vector3{x, y, z});
-  return mounting.toSensor(static_cast<float>(level[0]), static_cast<float>(level[1]),
-                           static_cast<float>(level[2]));
+  return {static_cast<float>(level[0]), static_cast<float>(level[1]), static_cast<float>(level[2])};
 }
 
 /// Planar range from which on a column is filled [m]: every 16th from the first step on, those
@@ -77,17 +75,28 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
   return claim_;
 }
 
-const DrawnFloor& FloorCompletion::draw(const Room& room, const SensorModel& sensor,
+const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
                                         const Mounting& mounting) {
   drawn_.clear();
   measured_cells_.clear();
-  const Points& points = room.points();
-  for (std::size_t i = 0; i < room.size(); ++i) {
+  const Points& points = room->points();
+  for (std::size_t i = 0; i < room->size(); ++i) {
     if (claim_.measured[i] != 0) measured_cells_.insert(points.x[i], points.y[i]);
   }
-  drawBeams(room, sensor, mounting);
-  drawFill(room);
+  drawBeams(*room, sensor, mounting);
+  drawFill(*room);
+  raise(&room->relief());
   return drawn_;
+}
+
+/// From the plane to the floor.
+void FloorCompletion::raise(FloorRelief* relief) {
+  if (relief->isFlat()) return;
+  Points& points = drawn_.points;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const double over = relief->at(points.x[k], points.y[k]);
+    points.z[k] = static_cast<float>(points.z[k] + over);
+  }
 }
 
 /// Where the beams of all rings, at all azimuths, meet the claimed floor.
@@ -145,33 +154,55 @@ void FloorCompletion::push(const Room& room, double x, double y, double z, std::
 }
 
 void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                            const Room& room, const SensorModel& sensor, const Mounting& mounting,
-                            FloorSurface* surface) {
+                            Room* room, const SensorModel& sensor, const Mounting& mounting,
+                            const FloorModel& floor, FloorSurface* surface) {
   surface->clear();
-  confidence_.look(room, claim_.limit, claim_.measured);
+  confidence_.look(*room, claim_.limit, claim_.measured);
+  appendMeasured(scan, valid, *room, floor, surface);
+  appendDrawn(room, sensor, mounting, floor, surface);
+  outline(*room, mounting, &surface->boundary);
+  surface->floor_plane = rotatedPlane(floor.plane, transposed(mounting.rotation));
+}
+
+/// In input order. A range's noise lifts a return by the sine of its grazing angle.
+void FloorCompletion::appendMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
+                                     const Room& room, const FloorModel& floor,
+                                     FloorSurface* surface) const {
   for (std::size_t k = 0; k < valid.size(); ++k) {
     if (claim_.measured[k] == 0) continue;
     const std::uint32_t i = valid[k];
     surface->push({scan.x[i], scan.y[i], scan.z[i]}, scan.intensity[i], scan.ring[i],
                   Provenance::kMeasured, confidence_.measured(room.column(k), room.planar(k)));
+    const double x = room.points().x[k];
+    const double y = room.points().y[k];
+    const double z = room.points().z[k];
+    const double sine = std::fabs(z) / std::sqrt((x * x + y * y) + z * z);
+    surface->sigma.push_back(static_cast<float>(floor.noise * sine));
   }
+}
+
+/// The sigma is that of the plane, its unevenness and the relief.
+void FloorCompletion::appendDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
+                                  const FloorModel& floor, FloorSurface* surface) {
   between_rings_.clear();
   const auto& rings = sensor.ringsByElevation();
   for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
     between_rings_.push_back(0.5 * (sensor.tangent(rings[r + 1]) + sensor.tangent(rings[r])));
   }
-  const Matrix3 level_from_upright = transposed(room.rotation());
+  const Matrix3 level_from_upright = transposed(room->rotation());
+  const Points& points = drawn_.points;
   for (std::size_t k = 0; k < drawn_.size(); ++k) {
-    const Points& points = drawn_.points;
-    const auto point =
-        toSensor(level_from_upright, mounting, points.x[k], points.y[k], points.z[k]);
+    const auto level = toLevel(level_from_upright, points.x[k], points.y[k], points.z[k]);
+    const auto point = mounting.toSensor(level[0], level[1], level[2]);
     const std::int32_t ring = drawn_.ring[k];
-    surface->push(
-        point, 0.0F,
-        ring == DrawnFloor::kNoRing ? nearestRing(sensor, point) : static_cast<std::uint16_t>(ring),
-        Provenance::kReconstructed, confidence_.drawn(drawn_.column[k], drawn_.planar[k]));
+    const std::uint16_t shown =
+        ring == DrawnFloor::kNoRing ? nearestRing(sensor, point) : static_cast<std::uint16_t>(ring);
+    surface->push(point, 0.0F, shown, Provenance::kReconstructed,
+                  confidence_.drawn(drawn_.column[k], drawn_.planar[k]));
+    const double plane = floor.sigma(level[0], level[1]);
+    const double relief = room->relief().sigma(points.x[k], points.y[k]);
+    surface->sigma.push_back(static_cast<float>(std::sqrt(plane * plane + relief * relief)));
   }
-  outline(room, mounting, &surface->boundary);
 }
 
 /// The ring next in elevation to a point in the sensor frame.
@@ -204,9 +235,9 @@ void FloorCompletion::outline(const Room& room, const Mounting& mounting,
         r > 0.0 && r >= claim_.limit[c] && claim_.limit[c] <= room.profile().distance[c];
     const double x = r * directions_.middle[c].cosine;
     const double y = r * directions_.middle[c].sine;
-    boundary->vertices.push_back(toSensor(level_from_upright, mounting, static_cast<float>(x),
-                                          static_cast<float>(y),
-                                          static_cast<float>(room.floorAt(x, y))));
+    const auto level = toLevel(level_from_upright, static_cast<float>(x), static_cast<float>(y),
+                               static_cast<float>(room.floorAt(x, y)));
+    boundary->vertices.push_back(mounting.toSensor(level[0], level[1], level[2]));
     boundary->kinds.push_back(ends_at_wall ? room.profile().kind[c]
                                            : BoundaryKind::kLimitOfKnowledge);
   }

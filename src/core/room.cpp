@@ -149,6 +149,7 @@ std::size_t Room::postReturns() const {
 }
 
 void Room::findWalls(const ColumnDirections& directions) {
+  findRelief();
   view_.steepest = steepest();
   line_finder_.find(posts_, &lines_);
   support_.find(wall_returns_, lines_, directions, view_);
@@ -162,6 +163,23 @@ void Room::findWalls(const ColumnDirections& directions) {
   // A ceiling seen overhead has a floor beneath, unless floors are known to end here.
   for (std::size_t c = 0; c < seen_floor_.size(); ++c) {
     seen_floor_[c] = std::max(seen_floor_[c], seen_ceiling_[c] - kBeyond);
+  }
+}
+
+/// Floor off the plane is as low as that on it.
+void Room::findRelief() {
+  relief_returns_.clear();
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (isSoft(i) || !(height_[i] > ReliefGrid::kLowest && height_[i] < ReliefGrid::kHighest)) {
+      continue;
+    }
+    relief_returns_.push(points_.x[i], points_.y[i], height_[i], planar_[i]);
+  }
+  relief_.find(relief_returns_);
+  if (relief_.isFlat()) return;
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (isSoft(i) || !(planar_[i] < kFarthest)) continue;
+    if (relief_.carries(points_.x[i], points_.y[i], height_[i])) flags_[i] |= kLow;
   }
 }
 
@@ -201,7 +219,10 @@ void Room::findSeen() {
   const auto is_floor = [&](std::size_t i) { return (flags_[i] & (kLow | kAtWall)) == kLow; };
   farthest_.clear(bins_.count());
   for (std::size_t i = 0; i < size(); ++i) {
-    if (is_floor(i)) farthest_.add(column_[i], planar_[i]);
+    // A riser has floor at its foot.
+    const bool is_seen =
+        is_floor(i) || (!isSoft(i) && relief_.isRiser(points_.x[i], points_.y[i], height_[i]));
+    if (is_seen) farthest_.add(column_[i], planar_[i]);
   }
   farthest_.find(2, &seen_floor_);
   farthest_.clear(bins_.count());
@@ -256,6 +277,22 @@ double Room::pastWall(std::size_t i) const {
 
 bool Room::isWall(std::size_t i) const {
   return (flags_[i] & kMaybeWall) != 0 && std::fabs(pastWall(i)) < kWallFoot;
+}
+
+Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstimator* estimator) {
+  wall_light_.clear();
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (!isWall(i)) continue;
+    const std::int32_t line = profile_.line[column_[i]];
+    const auto l = static_cast<std::size_t>(line);
+    const double x = points_.x[i];
+    const double y = points_.y[i];
+    const double z = points_.z[i];
+    const double range = std::sqrt((x * x + y * y) + z * z);
+    const double cosine = std::fabs(lines_.nx[l] * x + lines_.ny[l] * y) / range;
+    wall_light_.push(line, range, intensity[i], cosine);
+  }
+  return estimator->estimate(wall_light_);
 }
 
 std::vector<std::array<double, 9>> uprightCandidates(const std::array<double, 3>& plane) {

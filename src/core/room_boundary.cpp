@@ -1,7 +1,5 @@
 #include "smoke_ground_reconstruction/room_boundary.hpp"
 
-#include "ordered.hpp"
-
 namespace smoke_ground_reconstruction {
 
 namespace {
@@ -21,16 +19,16 @@ void RoomBoundary::reconstruct(const ScanView& scan, const SensorModel& sensor,
   takeIn(scan, mounting);
   result->floor = floor_fitter_.fit(level_, mounting.sensor_height, floor_ ? &*floor_ : nullptr);
   if (result->floor.source == FloorSource::kMeasured) floor_ = result->floor;
-  const Room& room = look(result->floor);
+  Room& room = look(result->floor);
   const FloorClaim& claim = completion_.claim(room);
-  completion_.draw(room, sensor, mounting);
-  completion_.merge(scan, valid_, room, sensor, mounting, &result->surface);
-  result->surface.floor_plane = rotatedPlane(result->floor.plane, transposed(mounting.rotation));
+  completion_.draw(&room, sensor, mounting);
+  completion_.merge(scan, valid_, &room, sensor, mounting, result->floor, &result->surface);
   result->labels.assign(scan.size, Label::kInvalid);
   label(room, claim, &result->labels);
   result->profile = room.profile();
   result->drops = room.drops();
   result->limit = claim.limit;
+  result->visibility = room.visibility(intensity_, &visibility_);
 }
 
 void RoomBoundary::takeIn(const ScanView& scan, const Mounting& mounting) {
@@ -51,7 +49,7 @@ void RoomBoundary::takeIn(const ScanView& scan, const Mounting& mounting) {
 }
 
 /// The room in whichever frame stands its walls upright: the level one or the floor's.
-const Room& RoomBoundary::look(const FloorModel& floor) {
+Room& RoomBoundary::look(const FloorModel& floor) {
   const auto rotations = uprightCandidates(floor.plane);
   for (std::size_t k = 0; k < rotations.size(); ++k) {
     rooms_[k].look(level_, intensity_, floor, rotations[k]);

@@ -17,7 +17,7 @@ from .ordered import least_axis, ordered_sum, symmetric_inverse, times
 _BOUND = 0.15  # the floor lies this near to the mounting height beneath the sensor [m]
 _STEEPEST = 6  # ... and is no steeper, floor and mounting together [deg]
 _NEAREST, _FARTHEST = 0.3, 15.0  # planar range of the returns that vote [m]
-_VOTES = 4000  # returns that take part in the search of the tilt
+_VOTES = 1500  # returns, at least, that take part in the search of the tilt
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
 _SLOTS = 30
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
