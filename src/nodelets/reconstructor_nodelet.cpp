@@ -17,6 +17,7 @@
 #include "smoke_ground_reconstruction/ros/floor_markers.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
 #include "smoke_ground_reconstruction/ros/mounting_source.hpp"
+#include "smoke_ground_reconstruction/ros/room_findings.hpp"
 #include "smoke_ground_reconstruction/ros/sensor_models.hpp"
 #include "smoke_ground_reconstruction/ros/surface_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/tunable_params.hpp"
@@ -117,6 +118,8 @@ class ReconstructorNodelet : public LazyNodelet {
 
     rooms_[raw.header.frame_id].reconstruct(cloud.scan(), sensor, mounting, &room_);
     timing.finish("reconstruct", cloud.size(), room_.surface.size());
+    timing.told(room_.visibility);
+    tellOfRoom(mounting.sensor_height);
 
     PointSelection walls;
     walls.appendAll(cloud.scan(), room_.labels, Label::kWall);
@@ -124,9 +127,18 @@ class ReconstructorNodelet : public LazyNodelet {
     return {cloud.size(), room_.surface.size()};
   }
 
+  void tellOfRoom(double sensor_height) {
+    const std::string warning = heightWarning(room_.floor, sensor_height);
+    health().tell(findingsOf(room_.floor, room_.visibility, sensor_height), warning);
+    if (!warning.empty()) {
+      NODELET_WARN_THROTTLE(10.0, "%s", warning.c_str());
+    }
+  }
+
   Kept fillSegments(const PointCloud2& raw, const PointCloud2& ground, const PointCloud2& walls,
                     StageTiming& timing) {
     for (const PointCloud2* cloud : {&raw, &ground, &walls}) timing.received(*cloud);
+    health().tell({}, "");
     checkFrame(raw, ground, "~ground");
     checkFrame(raw, walls, "~walls");
     const auto params = params_->get();

@@ -110,6 +110,7 @@ class ReconstructorNode(LazyNode):
         return len(scan.xyz), len(room.surface)
 
     def _fill_segments(self, raw, ground, walls, timing):
+        self.health.tell({})
         for cloud, topic in ((raw, "~input"), (ground, "~ground"), (walls, "~walls")):
             timing.received(cloud)
             _check_frame(raw, cloud, topic)
