@@ -71,9 +71,12 @@ struct AngleWindow {
   /// Is the angle of the vector (u, v) in the window? A zero vector has no angle: false.
   bool contains(double u, double v) const {
     // The products alone would take the opposite of a window without width for the window itself.
+    const bool is_after_from = isAtOrAfter(from, u, v);
+    const bool is_before_to = to.cosine * v <= to.sine * u;
+    const bool is_ahead_of_from = isAhead(from, u, v);
+    const bool is_ahead_of_to = isAhead(to, u, v);
     // No branches: loops over pairs of points vectorize.
-    return isAtOrAfter(from, u, v) & (to.cosine * v <= to.sine * u) &
-           (isAhead(from, u, v) | isAhead(to, u, v));
+    return is_after_from & is_before_to & (is_ahead_of_from | is_ahead_of_to);
   }
 };
 

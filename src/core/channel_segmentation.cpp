@@ -42,9 +42,11 @@ struct PairTest {
   double relative_margin;
 
   bool accepts(const Pair& pair) const {
-    return angles.contains(pair.horizontal_step, pair.height_step) &
-           (std::fabs(pair.height_step) <= max_height_step) & (pair.range_step >= min_range_step) &
-           (std::fabs(pair.range_step) <= relative_margin * pair.first_range);
+    const bool is_in_window = angles.contains(pair.horizontal_step, pair.height_step);
+    const bool is_low = std::fabs(pair.height_step) <= max_height_step;
+    const bool recedes = pair.range_step >= min_range_step;
+    const bool is_near = std::fabs(pair.range_step) <= relative_margin * pair.first_range;
+    return is_in_window & is_low & recedes & is_near;  // no branches: the loop vectorizes
   }
 };
 

@@ -470,7 +470,8 @@ bool WindowCounter::isSurelyBetween(std::size_t index, double squared_radius, co
     const int row = own_row + up;
     if (row < 0 || row >= rows_) continue;
     const int column = (own_column + left + columns_) % columns_;
-    const auto bucket = static_cast<std::size_t>((shell * rows_ + row) * columns_ + column);
+    const auto bucket = static_cast<std::size_t>(rowBegin(shell, row) - bucket_begin_.data()) +
+                        static_cast<std::size_t>(column);
     const std::uint32_t points = bucket_begin_[bucket + 1] - bucket_begin_[bucket];
     if (points == 0) continue;
     if (boxes[bucket].greatestSquaredDistance(scan_.point(index)) >= squared_radius) continue;
@@ -499,7 +500,8 @@ std::size_t WindowCounter::mostIn(const Spot& spot, double radius_per_range,
   const Reach reach = reachOf(spot, radius_per_range);
   std::size_t most = 0;
   for (int row = reach.first_row; row <= reach.last_row; ++row) {
-    const std::uint32_t* begin = &sums[static_cast<std::size_t>(row * (columns_ + 1))];
+    const std::uint32_t* begin =
+        &sums[static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns_) + 1)];
     forEachPart(spot.column, reach.columns,
                 [&](int from, int to) { most += begin[to] - begin[from]; });
   }
