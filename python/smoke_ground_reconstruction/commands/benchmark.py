@@ -234,7 +234,7 @@ def plot(results: dict):
     for axis, is_tree in zip(axes[0], (False, True)):
         chosen = [key for key in stages if (key[1] in ("PCL", "nanoflann")) == is_tree]
         for number, key in enumerate(chosen):
-            _plot_stage(axis, f"C{number}", key, results)
+            _plot_stage(axis, f"C{number % 10}", "os"[number // 10], key, results)
         axis.set_xlim(left=0)
         axis.set_ylim(bottom=0)
         axis.set_xlabel("points of the scan [thousands]")
@@ -246,9 +246,9 @@ def plot(results: dict):
     return figure
 
 
-def _plot_stage(axis, colour: str, key, results: dict) -> None:
+def _plot_stage(axis, colour: str, marker: str, key, results: dict) -> None:
     pairs = [(result["points"] / 1000, _of(result, *key)) for result in results.values()]
     pairs = sorted((x, same["cpu_ms"]["p50"]) for x, same in pairs if same is not None)
-    axis.plot(*zip(*pairs), "o", color=colour, markersize=4, label=", ".join(filter(None, key)))
+    axis.plot(*zip(*pairs), marker, color=colour, markersize=4, label=", ".join(filter(None, key)))
     slope = np.median([time / points for points, time in pairs])
     axis.plot([0, pairs[-1][0]], [0, slope * pairs[-1][0]], "-", color=colour, linewidth=0.8)
