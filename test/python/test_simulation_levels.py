@@ -55,6 +55,19 @@ def test_the_course_of_the_bisection_is_kept(sensor):
     assert found.extinctions[-1] == pytest.approx(found.mean_extinction, abs=1e-3)
 
 
+def test_calibration_tells_how_far_it_is_unless_the_cache_knows(sensor):
+    seen = []
+
+    def progress(seeds, number):
+        for seed in seeds:
+            seen.append((seed, number))
+            yield seed
+
+    for _ in range(2):
+        sim.calibrate(sim.load_scene("empty_room"), sensor, 0, "light", seeds=2, progress=progress)
+    assert seen == [(0, 2), (1, 2)]
+
+
 def test_a_level_that_is_none_and_a_floor_that_is_not_seen(tmp_path, sensor):
     scene = sim.load_scene("empty_room")
     with pytest.raises(ValueError, match="level must be one of clear, light"):

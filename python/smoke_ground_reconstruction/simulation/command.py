@@ -157,20 +157,24 @@ def _smoke(arguments, scene_smoke):
     return Smoke(**values)
 
 
+def _calibrated(*what):
+    return calibrate(*what, progress=lambda seeds, number: progress(seeds, number, "pattern"))
+
+
 def _room_smoke(arguments, scene, sensor, pose):
     smoke = _smoke(arguments, scene.smoke)
     level = arguments.level or "heavy"
     if arguments.show_calibration:
         for name in LEVELS:
-            note(calibrate(scene, sensor, pose, name, smoke).summary())
-        found = calibrate(scene, sensor, pose, level, smoke)
+            note(_calibrated(scene, sensor, pose, name, smoke).summary())
+        found = _calibrated(scene, sensor, pose, level, smoke)
         for extinction, share in zip(found.extinctions, found.shares):
             note(f"{level}: {extinction:.4f} /m keeps {100 * share:.2f} %")
     if arguments.extinction is not None:
         return _of_thickness(smoke, arguments.extinction)
     if level == "clear":
         return None
-    found = calibrate(scene, sensor, pose, level, smoke)
+    found = _calibrated(scene, sensor, pose, level, smoke)
     note(found.summary())
     return smoke.with_extinction(found.mean_extinction)
 

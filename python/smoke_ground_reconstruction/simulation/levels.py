@@ -27,6 +27,10 @@ _THICKEST = 8.0  # [1/m]
 _STEPS = 15
 
 
+def _silent(items, _total):
+    return items
+
+
 @dataclass(frozen=True)
 class Calibration:
     """A smoke level of one scene, sensor and pose.
@@ -77,7 +81,7 @@ class Calibration:
         )
 
 
-def calibrate(scene, sensor, pose=0, level="heavy", smoke=None, seeds=10):
+def calibrate(scene, sensor, pose=0, level="heavy", smoke=None, seeds=10, progress=_silent):
     """The mean extinction of a level.
 
     Detection is taken in expectation (each beam's probability), so the result has no noise but
@@ -94,6 +98,9 @@ def calibrate(scene, sensor, pose=0, level="heavy", smoke=None, seeds=10):
         All but its mean extinction; the scene's own smoke if not given.
     seeds : int
         Patterns 0 .. seeds - 1.
+    progress : callable
+        Wraps the iterator over patterns, to show how far it is; gets their number, too. Not called
+        where the cache has the answer.
 
     Returns
     -------
@@ -116,7 +123,7 @@ def calibrate(scene, sensor, pose=0, level="heavy", smoke=None, seeds=10):
         "smoke": smoke,
         "seeds": seeds,
     }
-    compute = lambda: _calibrate_all(scene, sensor, pose, smoke, seeds)  # noqa: E731
+    compute = lambda: _calibrate_all(scene, sensor, pose, smoke, seeds, progress)  # noqa: E731
     found = cache.arrays("levels", key, compute)
     row = list(LEVELS).index(level)
     extinctions, shares = found["courses"][row].T
@@ -132,9 +139,9 @@ def calibrate(scene, sensor, pose=0, level="heavy", smoke=None, seeds=10):
     )
 
 
-def _calibrate_all(scene, sensor, pose, smoke, seeds):
+def _calibrate_all(scene, sensor, pose, smoke, seeds, progress):
     """Extinction (levels,), shares (levels, seeds), courses (levels, steps, 2), clear cells."""
-    survival = FloorSurvival(scene, sensor, pose, smoke, seeds)
+    survival = FloorSurvival(scene, sensor, pose, smoke, seeds, progress)
     clear = survival.cells(0.0)
     if not clear.min() > 0:
         raise ValueError(f"{scene.file}: pose {pose.name}: the clear scan sees no floor")
@@ -164,13 +171,13 @@ def _bisect(shares_at, target):
 class FloorSurvival:
     """Expected number of floor cells that a scan reaches, as a function of the extinction."""
 
-    def __init__(self, scene, sensor, pose, smoke, seeds):
+    def __init__(self, scene, sensor, pose, smoke, seeds, progress=_silent):
         truth = floor_truth(scene, sensor, pose, CELL)
         counted = (truth.visible_floor & ~truth.under_sensor).ravel()
         self._size = counted.size
         self._limit = sensor.receiver_params()
         self._beams = []
-        for seed in range(seeds):
+        for seed in progress(range(seeds), seeds):
             found = expect(scene, sensor, pose, smoke.with_extinction(_PROBE), seed)
             floor = found["truth"] == Truth.FLOOR
             cell = truth.cells_of(to_level(scene, pose, found["position"][floor, :2]))
