@@ -324,16 +324,20 @@ class ChainTest(ChainTestCase):
             client.update_configuration({"method": "room_boundary"})
             for node in ("denoiser", "segmenter"):
                 self.diagnostics.wait(node, lambda s: "idle" in s.message, "idle")
-            surface, occupancy = self.ask(floorless_cloud, *listeners)
-            above = ~(ROOM[0][:, 2] < -HEIGHT + 0.01)
+            surface, occupancy = self.ask(room_cloud, *listeners)
             params = Params.from_yaml(ROOM_YAML)
             params.reconstructor.method = "room_boundary"
-            result = Pipeline(params).process(*(array[above] for array in ROOM))
+            result = Pipeline(params).process(*ROOM)
             points = structured_points(surface)
             xyz = np.column_stack([points[name] for name in "xyz"])
             np.testing.assert_array_equal(xyz, result.surface)
             cells = np.array(occupancy.data, np.int8)
             np.testing.assert_array_equal(cells, result.occupancy.cells.ravel())
+            status = self.diagnostics.wait(
+                "reconstructor", lambda s: "sensor height measured [m]" in values_of(s), "height"
+            )
+            measured = float(values_of(status)["sensor height measured [m]"])
+            self.assertAlmostEqual(measured, HEIGHT, delta=0.01)
         finally:
             client.update_configuration({"method": "polar_segments"})
             client.close()
