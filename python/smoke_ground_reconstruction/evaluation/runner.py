@@ -178,6 +178,7 @@ def _workers(processes):
         return
 
     def stop(number, frame):
+        signal.signal(number, signal.SIG_IGN)  # a second one would break off the clearing up
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, stop)  # else the workers would be left behind
