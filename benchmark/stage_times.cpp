@@ -11,9 +11,9 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
-#include <new>
 #include <string>
 
+#include "counted_memory.hpp"
 #include "smoke_ground_reconstruction/pipeline.hpp"
 #ifdef SMOKE_GROUND_HAVE_PCL
 #include "smoke_ground_reconstruction/pcl/engines.hpp"
@@ -21,25 +21,6 @@
 #ifdef SMOKE_GROUND_HAVE_NANOFLANN
 #include "nanoflann_counter.hpp"
 #endif
-
-namespace {
-
-struct Memory {
-  std::size_t allocations;
-  std::size_t bytes;
-} memory;
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++memory.allocations;
-  memory.bytes += size;
-  if (void* found = std::malloc(size)) return found;
-  throw std::bad_alloc();
-}
-
-void operator delete(void* found) noexcept { std::free(found); }
-void operator delete(void* found, std::size_t) noexcept { std::free(found); }
 
 namespace smoke_ground_reconstruction {
 namespace {
@@ -221,7 +202,7 @@ std::string timed(const Stage& stage, const Inputs& inputs, std::size_t runs) {
   std::vector<double> cpu(runs);
   std::vector<double> wall(runs);
   for (const auto& input : inputs) stage.work(input.get());  // the steady state
-  const Memory before = memory;
+  const CountedMemory before = countedMemory();
   for (std::size_t i = 0; i < runs; ++i) {
     Input* const input = inputs[i % inputs.size()].get();
     const double cpu_begin = milliseconds(CLOCK_THREAD_CPUTIME_ID);
@@ -230,7 +211,7 @@ std::string timed(const Stage& stage, const Inputs& inputs, std::size_t runs) {
     wall[i] = milliseconds(CLOCK_MONOTONIC) - wall_begin;
     cpu[i] = milliseconds(CLOCK_THREAD_CPUTIME_ID) - cpu_begin;
   }
-  const Memory after = memory;
+  const CountedMemory after = countedMemory();
   return "{\"stage\": \"" + stage.name + "\", \"engine\": \"" + stage.engine +
          "\", \"runs\": " + std::to_string(runs) + ", \"cpu_ms\": " + percentiles(cpu) +
          ", \"wall_ms\": " + percentiles(wall) +

@@ -1,28 +1,10 @@
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "clouds.hpp"
+#include "counted_memory.hpp"
 #include "smoke_ground_reconstruction/agdor_filter.hpp"
 #include "smoke_ground_reconstruction/channel_segmentation.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
-
-namespace {
-
-std::atomic<std::size_t> allocations{0};
-
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace smoke_ground_reconstruction {
 namespace {
@@ -42,9 +24,9 @@ template <typename Work>
 std::size_t allocationsOf(const Work& work) {
   work();
   work();
-  const std::size_t before = allocations;
+  const std::size_t before = countedMemory().allocations;
   work();
-  return allocations - before;
+  return countedMemory().allocations - before;
 }
 
 // What is handed out is new each time: somebody else keeps it.
