@@ -116,11 +116,8 @@ def _loss_by_range(axes, clear, heavy):
     ):
         heights = [row[key] or 0.0 for row in rows]
         axes.bar(place + shift, heights, 0.38, color=drawing.CLASS_COLOURS[colour], label=text)
-    names = [
-        f"{row['from']:g}-{row['to']:g}" if row["to"] else f"> {row['from']:g}" for row in rows
-    ]
     axes.set_xticks(place)
-    axes.set_xticklabels(names)
+    axes.set_xticklabels([_range_name(row) for row in rows])
     axes.set_xlabel("range [m]")
     axes.set_ylim(0, 1)
     axes.set_title("(d) What heavy smoke takes and adds", fontsize=10)
