@@ -50,10 +50,10 @@ class DenoiserNodelet : public LazyNodelet {
     timing.finish("denoise", cloud.size(), kept);
 
     const auto rings = missingRing(cloud);
-    timing.published(publishIfHeard(
-        denoised_pub_, [&] { return selectPoints(cloud, labels, Label::kKept, rings); }));
-    timing.published(publishIfHeard(
-        noise_pub_, [&] { return selectPoints(cloud, labels, Label::kNoise, rings); }));
+    publishIfHeard(denoised_pub_, timing,
+                   [&] { return selectPoints(cloud, labels, Label::kKept, rings); });
+    publishIfHeard(noise_pub_, timing,
+                   [&] { return selectPoints(cloud, labels, Label::kNoise, rings); });
     timing.finish("publish", kept, kept);
     return {cloud.size(), kept};
   }

@@ -161,7 +161,7 @@ class ReconstructorNodelet : public LazyNodelet {
   void publishFloor(const std_msgs::Header& header, const FloorSurface& surface,
                     const ScanView& walls, const Mounting& mounting,
                     const ReconstructorParams& params, StageTiming& timing) {
-    timing.published(publishIfHeard(surface_pub_, [&] { return toSurfaceMsg(header, surface); }));
+    publishIfHeard(surface_pub_, timing, [&] { return toSurfaceMsg(header, surface); });
     publishIfHeard(boundary_pub_, [&] { return toBoundaryMsg(header, surface.boundary); });
     publishIfHeard(polygon_pub_, [&] { return toPolygonMsg(header, surface.boundary); });
     publishIfHeard(markers_pub_, [&] { return toMarkers(header, surface.boundary, mounting); });

@@ -94,11 +94,11 @@ class SegmenterNodelet : public LazyNodelet {
   void publish(const CloudView& cloud, const std::vector<Label>& labels,
                const std::vector<std::uint32_t>& clusters, StageTiming& timing) {
     auto fields = missingRing(cloud);
-    timing.published(publishIfHeard(
-        ground_pub_, [&] { return selectPoints(cloud, labels, Label::kGround, fields); }));
+    publishIfHeard(ground_pub_, timing,
+                   [&] { return selectPoints(cloud, labels, Label::kGround, fields); });
     fields.push_back(AppendedField::of("cluster", clusters));
-    timing.published(publishIfHeard(
-        walls_pub_, [&] { return selectPoints(cloud, labels, Label::kWall, fields); }));
+    publishIfHeard(walls_pub_, timing,
+                   [&] { return selectPoints(cloud, labels, Label::kWall, fields); });
   }
 
   std::unique_ptr<SensorModels> sensors_;

@@ -12,8 +12,14 @@ std::uint64_t addressOf(const sensor_msgs::PointCloud2& cloud) {
 
 }  // namespace
 
+std::uint64_t nanosecondsOf(std::chrono::steady_clock::time_point time) {
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count());
+}
+
 StageTiming::StageTiming(const std_msgs::Header& header) : message_(boost::make_shared<Timing>()) {
   message_->header = header;
+  message_->begun = nanosecondsOf(begin_);
   told({});
 }
 
@@ -21,8 +27,9 @@ void StageTiming::received(const sensor_msgs::PointCloud2& cloud) {
   message_->input_buffers.push_back(addressOf(cloud));
 }
 
-void StageTiming::published(const sensor_msgs::PointCloud2ConstPtr& cloud) {
+void StageTiming::handsOver(const sensor_msgs::PointCloud2ConstPtr& cloud) {
   message_->output_buffers.push_back(cloud ? addressOf(*cloud) : 0);
+  message_->handed_over.push_back(cloud ? nanosecondsOf(Clock::now()) : 0);
 }
 
 void StageTiming::finish(const std::string& stage, std::size_t points_in, std::size_t points_out) {

@@ -159,6 +159,23 @@ class ChainTest(ChainTestCase):
             list(reconstructor.input_buffers), [denoiser.input_buffers[0], ground, walls]
         )
 
+    def test_timing_tells_when_a_scan_goes_from_hand_to_hand(self):
+        topics = ("denoiser/timing", "segmenter/timing", "reconstructor/timing")
+        timings = self.listen(*topics)
+        floor = self.listen("reconstructor/ground_surface")
+        self.wake(room_cloud, floor, *timings)
+        sent = time.monotonic_ns()  # the clock of all processes of this machine
+        denoiser, segmenter, reconstructor = self.ask(room_cloud, *timings)
+        come = time.monotonic_ns()
+        self.assertEqual(denoiser.handed_over[1], 0)  # nobody listens to the noise
+        (surface,) = reconstructor.handed_over
+        ground, walls = segmenter.handed_over
+        moments = [sent, denoiser.begun, denoiser.handed_over[0], segmenter.begun, ground, walls]
+        moments += [reconstructor.begun, surface, come]
+        self.assertEqual(moments, sorted(moments))
+        worked = sum(denoiser.milliseconds[:2]) * 1e6  # all but the publishing
+        self.assertGreaterEqual(denoiser.handed_over[0] - denoiser.begun, int(worked))
+
     def test_timing_counts_points(self):
         listener = self.listen("segmenter/timing")
         floor = self.listen("reconstructor/ground_surface")

@@ -89,6 +89,9 @@ class PythonNodesTest(ChainTestCase):
         floor = self.listen("reconstructor/ground_surface")
         self.wake(room_cloud, floor)
         denoiser, reconstructor = self.ask(room_cloud, *timings)
+        moments = [denoiser.begun, denoiser.handed_over[0]]
+        moments += [reconstructor.begun, reconstructor.handed_over[0]]
+        self.assertEqual(moments, sorted(moments))
         self.assertEqual(denoiser.stages, ["organise", "denoise", "publish"])
         self.assertEqual(reconstructor.points_out[-1], floor.wait(reconstructor.header.stamp).width)
         floor.close()

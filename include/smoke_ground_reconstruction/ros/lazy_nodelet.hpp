@@ -75,11 +75,16 @@ class LazyNodelet : public nodelet::Nodelet {
 
 /// Makes a message only where somebody takes it, and publishes it.
 template <typename Make>
-auto publishIfHeard(const ros::Publisher& publisher, Make make) -> decltype(make()) {
-  if (publisher.getNumSubscribers() == 0) return nullptr;
-  auto message = make();
-  publisher.publish(message);
-  return message;
+void publishIfHeard(const ros::Publisher& publisher, const Make& make) {
+  if (publisher.getNumSubscribers() > 0) publisher.publish(make());
+}
+
+/// The same for a cloud, which the timing takes note of.
+template <typename Make>
+void publishIfHeard(const ros::Publisher& publisher, StageTiming& timing, const Make& make) {
+  const sensor_msgs::PointCloud2Ptr cloud = publisher.getNumSubscribers() > 0 ? make() : nullptr;
+  timing.handsOver(cloud);
+  if (cloud) publisher.publish(cloud);
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -6,11 +6,15 @@
 
 #include <chrono>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "smoke_ground_reconstruction/visibility.hpp"
 
 namespace smoke_ground_reconstruction {
+
+/// Nanoseconds of the machine's monotonic clock.
+std::uint64_t nanosecondsOf(std::chrono::steady_clock::time_point time);
 
 /// Writes msg/Timing.msg while a scan is worked on.
 class StageTiming {
@@ -19,8 +23,9 @@ class StageTiming {
 
   /// Notes where the data of a received cloud lies.
   void received(const sensor_msgs::PointCloud2& cloud);
-  /// Notes where the data of a published cloud lies; null: nobody listened, so it was not made.
-  void published(const sensor_msgs::PointCloud2ConstPtr& cloud);
+  /// Notes where the data of a cloud lies that is handed over now; null: nobody listens, so it was
+  /// not made.
+  void handsOver(const sensor_msgs::PointCloud2ConstPtr& cloud);
   /// Ends a stage that began where the one before ended.
   void finish(const std::string& stage, std::size_t points_in, std::size_t points_out);
 

@@ -56,8 +56,8 @@ class DenoiserNode(LazyNode):
         rings = {} if cloud.has_ring else {"ring": cloud.ring}
         for publisher, label in ((self._denoised_pub, Label.KEPT), (self._noise_pub, Label.NOISE)):
             which = labels == label
-            timing.published(
-                publish_if_heard(publisher, lambda which=which: select_points(msg, which, rings))
+            publish_if_heard(
+                publisher, lambda which=which: select_points(msg, which, rings), timing
             )
         timing.finish("publish", kept, kept)
         return len(scan), kept

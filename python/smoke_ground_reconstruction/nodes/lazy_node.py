@@ -149,13 +149,13 @@ class LazyNode(rospy.SubscribeListener):
             time.sleep(1.0)
 
 
-def publish_if_heard(publisher, make):
-    """Make a message only where somebody takes it, publish it and return it, else None."""
-    if publisher.get_num_connections() == 0:
-        return None
-    message = make()
-    publisher.publish(message)
-    return message
+def publish_if_heard(publisher, make, timing=None):
+    """Make a message only where somebody takes it, and publish it; `timing` takes note of it."""
+    message = make() if publisher.get_num_connections() > 0 else None
+    if timing is not None:
+        timing.hands_over(message)
+    if message is not None:
+        publisher.publish(message)
 
 
 def subscribe(topic, callback):

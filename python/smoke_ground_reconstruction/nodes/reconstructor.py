@@ -134,10 +134,8 @@ class ReconstructorNode(LazyNode):
         outline = (header, surface.boundary, surface.boundary_kind)
         arrays = (surface.xyz, surface.intensity, surface.ring, surface.provenance)
         certainty = (surface.confidence, surface.sigma)
-        timing.published(
-            publish_if_heard(
-                self._surface_pub, lambda: surface_message(header, *arrays, *certainty)
-            )
+        publish_if_heard(
+            self._surface_pub, lambda: surface_message(header, *arrays, *certainty), timing
         )
         publish_if_heard(self._boundary_pub, lambda: boundary_message(*outline))
         publish_if_heard(self._polygon_pub, lambda: polygon_message(*outline[:2]))

@@ -13,7 +13,7 @@ class StageTiming:
     """The timing of one scan; ``message`` is what goes out."""
 
     def __init__(self, header):
-        self.message = Timing(header=header)
+        self.message = Timing(header=header, begun=time.monotonic_ns())
         self.told(UNKNOWN)
         self._begin = time.perf_counter()
 
@@ -21,9 +21,10 @@ class StageTiming:
         """Note where the data of a received cloud lies."""
         self.message.input_buffers.append(_address_of(cloud))
 
-    def published(self, cloud) -> None:
-        """Note where the data of a published cloud lies; None: nobody listened."""
+    def hands_over(self, cloud) -> None:
+        """Note where the data of a cloud lies that is handed over now; None: nobody listens."""
         self.message.output_buffers.append(0 if cloud is None else _address_of(cloud))
+        self.message.handed_over.append(0 if cloud is None else time.monotonic_ns())
 
     def finish(self, stage: str, points_in: int, points_out: int) -> None:
         """End a stage that began where the one before ended."""
