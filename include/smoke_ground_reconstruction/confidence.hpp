@@ -17,9 +17,9 @@ class FloorConfidence {
  public:
   /// What each column of a room shows.
   /// \param limit  how far floor is claimed in each column [m].
-  /// \param measured  per return of the room: is it floor?
+  /// \param measured  returns of the room that are floor.
   void look(const Room& room, const std::vector<double>& limit,
-            const std::vector<std::uint8_t>& measured);
+            const std::vector<std::uint32_t>& measured);
 
   /// Of a point of the room's floor, 0..1.
   float measured(std::size_t column, double planar) const { return of(column, planar, false); }
@@ -35,7 +35,7 @@ class FloorConfidence {
   };
 
   float of(std::size_t column, double planar, bool is_drawn) const;
-  void findSeen(const Room& room, const std::vector<std::uint8_t>& measured);
+  void findSeen(const Room& room, const std::vector<std::uint32_t>& measured);
   void findPosts(const Room& room);
   void findBridges(const Profile& profile);
   void findDrops(const DropOffs& drops);

@@ -16,8 +16,8 @@ namespace smoke_ground_reconstruction {
 
 /// What of the floor is claimed.
 struct FloorClaim {
-  std::vector<double> limit;           ///< how far in each column, drop-offs apart [m]
-  std::vector<std::uint8_t> measured;  ///< per return of the room: is it floor?
+  std::vector<double> limit;            ///< how far in each column, drop-offs apart [m]
+  std::vector<std::uint32_t> measured;  ///< returns of the room that are floor, in order
 };
 
 /// Points of the floor that were not measured, in the room's upright frame.
@@ -70,7 +70,8 @@ class FloorCompletion {
   FloorClaim claim_;
   DrawnFloor drawn_;
   CellSet measured_cells_;
-  std::vector<std::uint32_t> behind_;
+  std::vector<std::uint8_t> is_measured_;  // per low return
+  std::vector<std::uint32_t> behind_;      // low returns
   FarthestReturns farthest_;
   FloorConfidence confidence_;
   std::vector<double> beyond_, between_rings_;

@@ -99,6 +99,7 @@ class FloorRelief {
   double sigma(double x, double y);
   /// Does a return lie on floor off the plane, near to where it was measured?
   bool carries(double x, double y, double height);
+  bool hasStep() const { return has_step_; }
   /// Is a return part of the step's riser? There is floor at its foot.
   bool isRiser(double x, double y, double height) const {
     return has_step_ && step_.holds(x, y, height);

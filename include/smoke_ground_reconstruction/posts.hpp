@@ -4,32 +4,55 @@
 #include <cstdint>
 #include <vector>
 
+#include "smoke_ground_reconstruction/floor_model.hpp"
+
 namespace smoke_ground_reconstruction {
 
-/// Returns that can be wall, column by column, each column by planar range; structure of arrays in
-/// an upright frame. sort() brings them into that order.
+/// Returns of a scan in an upright frame, structure of arrays.
+struct UprightReturns {
+  const Points* points;
+  std::vector<float> planar, height;  ///< planar range and height above the floor [m]
+  std::vector<std::uint16_t> column;
+
+  std::size_t size() const { return column.size(); }
+};
+
+/// Where in one column the returns within some distance of one line can lie: planar ranges, a hair
+/// wide [m]; lowest above highest where none can.
+struct RangeWindow {
+  float lowest, highest;
+};
+
+/// Returns that can be wall, column by column, each column by planar range; structure of arrays.
 struct WallReturns {
   std::vector<float> planar, height, x, y;  ///< [m]
   std::vector<std::uint16_t> column;
-  std::vector<std::uint32_t> column_begin;  ///< after sort(): of each column, and the end
+  std::vector<std::uint32_t> index;         ///< among all returns
+  std::vector<std::uint32_t> column_begin;  ///< of each column, and the end
+  /// Column and millimetres of planar range in one number, 200000 a column.
+  std::vector<std::uint32_t> key;
 
   std::size_t size() const { return column.size(); }
-  void clear();
-  void push(std::uint16_t of_column, float range, float above_floor, float at_x, float at_y);
-  /// By column, then whole millimetres of planar range, then order of push. O(n).
-  void sort(std::size_t columns);
-
-  /// Column and millimetres in one number, 200000 a column.
-  std::vector<std::uint32_t> key;
+  /// The first return of a column that may lie in a window of planar range: within a millimetre
+  /// the order is that of the scan.
+  std::size_t firstIn(std::size_t of_column, const RangeWindow& window) const;
+  /// Does a return, and all that follow it in its column, lie beyond a window?
+  bool isBeyond(std::size_t k, const RangeWindow& window) const {
+    return !(planar[k] < window.highest + 0.001F);
+  }
+  /// Takes the `chosen` returns, sorted by column, then whole millimetres of planar range, then
+  /// their order in `chosen`. O(n).
+  void take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+            std::size_t columns);
 
  private:
   struct Item {
     std::uint32_t key, index;
   };
-  void reorder();
+  void sort(const UprightReturns& returns, std::size_t columns);
+  void gather(const UprightReturns& returns);
 
   std::vector<Item> items_, sorted_;
-  std::vector<float> moved_;
 };
 
 /// Farther returns are no wall [m].
@@ -54,7 +77,6 @@ constexpr double kPostExtent = 0.12;  ///< least height of a post [m]
 /// Finds posts; keeps its buffers.
 class PostFinder {
  public:
-  /// \param returns  sorted.
   void find(const WallReturns& returns, Posts* posts);
 
  private:
@@ -71,14 +93,21 @@ class CeilingFinder {
   /// return weighted by its range (near ones are dense). A column shows a ceiling at several
   /// ranges, but of a wall only one ring hits a level: so a sensor that looks no higher than the
   /// walls sees none. O(n).
-  /// \param height, planar, column  of each return.
-  double find(const std::vector<float>& height, const std::vector<float>& planar,
-              const std::vector<std::uint16_t>& column, std::size_t columns);
+  /// \param chosen  at least the returns higher than kLowest, in order.
+  double find(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+              std::size_t columns);
+
+  /// Returns high enough to be ceiling, in order, after find().
+  const std::vector<std::uint32_t>& high() const { return high_; }
+
+  static constexpr double kLowest = 1.6;  ///< above the floor [m]
 
  private:
   bool isWide() const;
 
   std::vector<float> nearest_, farthest_;  // of the level, by column
+  std::vector<std::uint32_t> high_;
+  std::vector<int> slot_;  // of each of these
 };
 
 }  // namespace smoke_ground_reconstruction

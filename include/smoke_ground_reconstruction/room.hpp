@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "smoke_ground_reconstruction/azimuth_bins.hpp"
@@ -39,6 +40,7 @@ class Room {
   explicit Room(const AzimuthBins& bins);
 
   /// Takes the returns of a scan (level frame) into an upright frame and finds its posts.
+  /// \param level  must stay as they are as long as the room is asked.
   /// \param intensity  on the sensor's own scale.
   /// \param rotation  from the level to the upright frame, row by row.
   void look(const Points& level, const std::vector<float>& intensity, const FloorModel& floor,
@@ -52,21 +54,24 @@ class Room {
   /// Number of returns that stand in posts.
   std::size_t postReturns() const;
 
-  std::size_t size() const { return points_.size(); }
-  const Points& points() const { return points_; }
+  std::size_t size() const { return returns_.size(); }
+  const Points& points() const { return *returns_.points; }
   const std::array<double, 9>& rotation() const { return rotation_; }
   const std::array<double, 3>& plane() const { return plane_; }
   /// Height of a place on the plane [m].
   double floorAt(double x, double y) const { return (plane_[0] * x + plane_[1] * y) + plane_[2]; }
-  std::size_t column(std::size_t i) const { return column_[i]; }
-  float planar(std::size_t i) const { return planar_[i]; }
-  float height(std::size_t i) const { return height_[i]; }
-  bool isLow(std::size_t i) const { return (flags_[i] & kLow) != 0; }
+  std::size_t column(std::size_t i) const { return returns_.column[i]; }
+  float planar(std::size_t i) const { return returns_.planar[i]; }
+  float height(std::size_t i) const { return returns_.height[i]; }
+  /// Returns on the floor or where its relief carries them, in order.
+  const std::vector<std::uint32_t>& low() const { return low_; }
   bool isSoft(std::size_t i) const { return (flags_[i] & kSoft) != 0; }
   /// Is a return's cell as level as the floor?
-  bool goesOnLevel(std::size_t i) const { return level_cells_.isLevel(points_.x[i], points_.y[i]); }
-  /// On the line of its column's boundary?
-  bool isWall(std::size_t i) const;
+  bool goesOnLevel(std::size_t i) const {
+    return level_cells_.isLevel(points().x[i], points().y[i]);
+  }
+  /// Returns on the line of their column's boundary, column by column.
+  const std::vector<std::uint32_t>& onWalls() const { return on_walls_; }
   /// How far a return lies beyond the line of its column's boundary [m]; negative infinity where
   /// that is no line.
   double pastWall(std::size_t i) const;
@@ -82,22 +87,32 @@ class Room {
   const std::vector<double>& seenFloor() const { return seen_floor_; }
 
  private:
-  enum Flag : std::uint8_t { kLow = 1, kSoft = 2, kMaybeWall = 4, kAtWall = 8 };
+  enum Flag : std::uint8_t { kLow = 1, kSoft = 2, kAtWall = 4 };
+  using Indices = std::vector<std::uint32_t>;
 
   void takeIn(const Points& level);
+  void pickByHeight();
   double softGate(const std::vector<float>& intensity) const;
   void sortOut(const std::vector<float>& intensity);
   double steepest();
   void findRelief();
+  void addCarried();
   void markFeetOfWalls(const ColumnDirections& directions);
   void findSeen();
+  void findSeenCeiling();
   void findDrops(const ColumnDirections& directions);
+  void addDropReturn(std::size_t i, bool is_floor);
+  void findWallNormals();
+  void findOnWalls(const ColumnDirections& directions);
 
   const AzimuthBins& bins_;
-  Points points_;  // upright
-  std::vector<float> planar_, height_;
-  std::vector<std::uint16_t> column_;
+  Points turned_;
+  UprightReturns returns_;
+  std::vector<std::uint32_t> bin_;
   std::vector<std::uint8_t> flags_;
+  // Returns, in order: on the floor; below it; about its height; above it; as high as the ceiling;
+  // what of those above can be wall; what is on the boundary's walls.
+  Indices low_, deep_, near_, above_, at_ceiling_, maybe_wall_, on_walls_;
   std::array<double, 9> rotation_ = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::array<double, 3> plane_ = {0, 0, 0};
   WallReturns wall_returns_;
@@ -120,14 +135,16 @@ class Room {
   WallLight wall_light_;
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_;
   std::vector<std::array<double, 2>> wall_normals_;
+  std::vector<int> slope_slot_;  // per return
   std::vector<std::uint32_t> slope_counts_;
   std::vector<RangeWindow> windows_;  // by column and line
   std::vector<std::uint32_t> window_line_, window_begin_;
 };
 
-/// Rotations that may stand the walls upright: none, and the one that levels the floor. A tilted
-/// floor in a plumb building has plumb walls; a tilted sensor sees both tilted alike.
-std::vector<std::array<double, 9>> uprightCandidates(const std::array<double, 3>& plane);
+/// The rotation that levels the floor, which may stand the walls upright in place of the level
+/// frame; none where the floor is level. A tilted floor in a plumb building has plumb walls; a
+/// tilted sensor sees both tilted alike.
+std::optional<std::array<double, 9>> levellingRotation(const std::array<double, 3>& plane);
 
 /// z = a x + b y + c in a frame turned by a rotation.
 std::array<double, 3> rotatedPlane(const std::array<double, 3>& plane,

@@ -58,7 +58,7 @@ class RoomBoundary {
   FloorFitter floor_fitter_;
   std::optional<FloorModel> floor_;  // the last good one
   std::vector<std::uint32_t> valid_;
-  Points level_;
+  Points sensed_, level_;  // in the sensor's frame, where that is not level, and in the level one
   std::vector<float> intensity_;
   std::array<Room, 2> rooms_;
   FloorCompletion completion_;

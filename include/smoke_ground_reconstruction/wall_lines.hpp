@@ -31,11 +31,7 @@ struct Lines {
   double reach(std::size_t line, const Direction& direction) const;
 };
 
-/// Where in one column the returns within some distance of one line can lie: planar ranges, a hair
-/// wide [m]; lowest above highest where none can.
-struct RangeWindow {
-  float lowest, highest;
-};
+/// Where in one column the returns within some distance of one line can lie.
 RangeWindow windowOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
                      std::size_t column, double half);
 

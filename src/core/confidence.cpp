@@ -67,7 +67,7 @@ double hinge(double margin, double reach) {
 }  // namespace
 
 void FloorConfidence::look(const Room& room, const std::vector<double>& limit,
-                           const std::vector<std::uint8_t>& measured) {
+                           const std::vector<std::uint32_t>& measured) {
   const auto& kinds = room.profile().kind;
   findSeen(room, measured);
   findPosts(room);
@@ -134,13 +134,9 @@ float FloorConfidence::of(std::size_t column, double planar, bool is_drawn) cons
   return static_cast<float>(1.0 / (1.0 + std::exp(-logit)));
 }
 
-void FloorConfidence::findSeen(const Room& room, const std::vector<std::uint8_t>& measured) {
+void FloorConfidence::findSeen(const Room& room, const std::vector<std::uint32_t>& measured) {
   farthest_.clear(room.profile().columns());
-  for (std::size_t i = 0; i < room.size(); ++i) {
-    if (measured[i] != 0) {
-      farthest_.add(room.column(i), room.planar(i));
-    }
-  }
+  for (const std::uint32_t i : measured) farthest_.add(room.column(i), room.planar(i));
   farthest_.find(2, &seen_);
 }
 

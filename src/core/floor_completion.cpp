@@ -49,24 +49,31 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
     const double open_end = std::max(room.seenFloor()[c], room.drops().floor_to[c]);
     limit[c] = distance > 0.0 ? std::max(0.0, distance - kAtWall) : open_end;
   }
-  claim_.measured.assign(room.size(), 0);
+  const auto& low = room.low();
+  is_measured_.assign(low.size(), 0);
   behind_.clear();
-  for (std::uint32_t i = 0; i < room.size(); ++i) {
+  for (std::uint32_t k = 0; k < low.size(); ++k) {
+    const std::uint32_t i = low[k];
     const std::size_t c = room.column(i);
     const double planar = room.planar(i);
-    if (!room.isLow(i) || room.drops().hides(c, planar)) continue;
+    if (room.drops().hides(c, planar)) continue;
     if (planar <= limit[c]) {
-      claim_.measured[i] = room.pastWall(i) <= -kAtWall ? 1 : 0;
+      is_measured_[k] = room.pastWall(i) <= -kAtWall ? 1 : 0;
     } else if (planar > limit[c] + Room::kBeyond) {
-      behind_.push_back(i);
+      behind_.push_back(k);
     }
   }
   // Behind an opening the floor is drawn on to what is measured: it goes on in between.
   farthest_.clear(columns);
-  for (const std::uint32_t i : behind_) {
+  for (const std::uint32_t k : behind_) {
+    const std::uint32_t i = low[k];
     if (!room.goesOnLevel(i)) continue;
-    claim_.measured[i] = 1;
+    is_measured_[k] = 1;
     farthest_.add(room.column(i), room.planar(i));
+  }
+  claim_.measured.clear();
+  for (std::size_t k = 0; k < low.size(); ++k) {
+    if (is_measured_[k] != 0) claim_.measured.push_back(low[k]);
   }
   farthest_.find(1, &beyond_);
   for (std::size_t c = 0; c < columns; ++c) {
@@ -80,9 +87,7 @@ const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
   drawn_.clear();
   measured_cells_.clear();
   const Points& points = room->points();
-  for (std::size_t i = 0; i < room->size(); ++i) {
-    if (claim_.measured[i] != 0) measured_cells_.insert(points.x[i], points.y[i]);
-  }
+  for (const std::uint32_t i : claim_.measured) measured_cells_.insert(points.x[i], points.y[i]);
   drawBeams(*room, sensor, mounting);
   drawFill(*room);
   raise(&room->relief());
@@ -168,8 +173,7 @@ void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_
 void FloorCompletion::appendMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
                                      const Room& room, const FloorModel& floor,
                                      FloorSurface* surface) const {
-  for (std::size_t k = 0; k < valid.size(); ++k) {
-    if (claim_.measured[k] == 0) continue;
+  for (const std::uint32_t k : claim_.measured) {
     const std::uint32_t i = valid[k];
     surface->push({scan.x[i], scan.y[i], scan.z[i]}, scan.intensity[i], scan.ring[i],
                   Provenance::kMeasured, confidence_.measured(room.column(k), room.planar(k)));

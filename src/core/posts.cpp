@@ -15,7 +15,6 @@ constexpr std::uint32_t kKeysPerColumn = 200000;
 constexpr std::uint32_t kHalf = 25;     // a post's returns lie this near to each other [mm]
 constexpr std::uint32_t kAround = 120;  // what lies this near counts as around [mm]
 
-constexpr double kCeilingLowest = 1.6;  // above the floor [m]
 constexpr double kSlotsPerMetre = 50.0;
 constexpr int kSlots = 520;
 constexpr int kMetre = 50;  // slots
@@ -29,7 +28,7 @@ using Votes = std::array<double, kSlots + 2>;
 
 /// -1 outside.
 int ceilingSlot(float height) {
-  const double at = (static_cast<double>(height) - kCeilingLowest) * kSlotsPerMetre;
+  const double at = (static_cast<double>(height) - CeilingFinder::kLowest) * kSlotsPerMetre;
   return at >= 0.0 && at < kSlots ? static_cast<int>(at) : -1;
 }
 
@@ -48,33 +47,33 @@ int strongestSlot(const Votes& votes, double* around) {
 
 }  // namespace
 
-void WallReturns::clear() {
-  for (auto* values : {&planar, &height, &x, &y}) values->clear();
-  column.clear();
+void WallReturns::take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+                       std::size_t columns) {
+  items_.resize(chosen.size());
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const double planar = returns.planar[chosen[k]];
+    items_[k] = {static_cast<std::uint32_t>(planar * 1000.0), chosen[k]};
+  }
+  sort(returns, columns);
+  gather(returns);
 }
 
-void WallReturns::push(std::uint16_t of_column, float range, float above_floor, float at_x,
-                       float at_y) {
-  column.push_back(of_column);
-  planar.push_back(range);
-  height.push_back(above_floor);
-  x.push_back(at_x);
-  y.push_back(at_y);
+std::size_t WallReturns::firstIn(std::size_t of_column, const RangeWindow& window) const {
+  const float* begin = planar.data() + column_begin[of_column];
+  const float* end = planar.data() + column_begin[of_column + 1];
+  const float* first = std::lower_bound(begin, end, window.lowest - 0.001F);
+  return static_cast<std::size_t>(first - planar.data());
 }
 
-void WallReturns::sort(std::size_t columns) {
-  // Three stable passes: low and high byte of the millimetres, then the column.
-  const std::size_t n = size();
-  items_.resize(n);
-  sorted_.resize(n);
+/// Three stable passes: low and high byte of the millimetres, then the column.
+void WallReturns::sort(const UprightReturns& returns, std::size_t columns) {
+  sorted_.resize(items_.size());
   std::array<std::array<std::uint32_t, 257>, 2> begin{};
   column_begin.assign(columns + 1, 0);
-  for (std::size_t i = 0; i < n; ++i) {
-    const auto mm = static_cast<std::uint32_t>(static_cast<double>(planar[i]) * 1000.0);
-    items_[i] = {mm, static_cast<std::uint32_t>(i)};
-    ++begin[0][(mm & 255U) + 1];
-    ++begin[1][(mm >> 8U) + 1];
-    ++column_begin[column[i] + 1U];
+  for (const Item& item : items_) {
+    ++begin[0][(item.key & 255U) + 1];
+    ++begin[1][(item.key >> 8U) + 1];
+    ++column_begin[returns.column[item.index] + 1U];
   }
   for (auto& counts : begin) {
     for (std::size_t b = 0; b < 256; ++b) counts[b + 1] += counts[b];
@@ -82,24 +81,26 @@ void WallReturns::sort(std::size_t columns) {
   for (std::size_t c = 0; c < columns; ++c) column_begin[c + 1] += column_begin[c];
   for (const Item& item : items_) sorted_[begin[0][item.key & 255U]++] = item;
   for (const Item& item : sorted_) items_[begin[1][item.key >> 8U]++] = item;
-  for (const Item& item : items_) sorted_[column_begin[column[item.index]]++] = item;
+  for (const Item& item : items_) sorted_[column_begin[returns.column[item.index]]++] = item;
   for (std::size_t c = columns; c > 0; --c) column_begin[c] = column_begin[c - 1];
   column_begin[0] = 0;
-  reorder();
-  for (std::size_t c = 0; c < columns; ++c) {
-    for (std::size_t i = column_begin[c]; i < column_begin[c + 1]; ++i) {
-      column[i] = static_cast<std::uint16_t>(c);
-      key[i] = static_cast<std::uint32_t>(c) * kKeysPerColumn + sorted_[i].key;
-    }
-  }
 }
 
-void WallReturns::reorder() {
-  moved_.resize(size());
-  key.resize(size());
-  for (auto* values : {&planar, &height, &x, &y}) {
-    for (std::size_t i = 0; i < moved_.size(); ++i) moved_[i] = (*values)[sorted_[i].index];
-    values->swap(moved_);
+void WallReturns::gather(const UprightReturns& returns) {
+  const std::size_t n = sorted_.size();
+  for (auto* values : {&planar, &height, &x, &y}) values->resize(n);
+  column.resize(n);
+  index.resize(n);
+  key.resize(n);
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::uint32_t i = sorted_[k].index;
+    index[k] = i;
+    column[k] = returns.column[i];
+    key[k] = column[k] * kKeysPerColumn + sorted_[k].key;
+    planar[k] = returns.planar[i];
+    height[k] = returns.height[i];
+    x[k] = returns.points->x[i];
+    y[k] = returns.points->y[i];
   }
 }
 
@@ -167,16 +168,22 @@ void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::siz
   posts->y.push_back(y / n);
 }
 
-double CeilingFinder::find(const std::vector<float>& height, const std::vector<float>& planar,
-                           const std::vector<std::uint16_t>& column, std::size_t columns) {
+double CeilingFinder::find(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+                           std::size_t columns) {
   constexpr float kNone = std::numeric_limits<float>::infinity();
   Votes votes{};
+  high_.resize(chosen.size());
+  slot_.resize(chosen.size());
   std::size_t count = 0;
-  for (std::size_t i = 0; i < height.size(); ++i) {
-    const int slot = ceilingSlot(height[i]);
-    if (slot < 0) continue;
-    votes[static_cast<std::size_t>(slot) + 1] += planar[i];
-    ++count;
+  for (const std::uint32_t i : chosen) {
+    const int slot = ceilingSlot(returns.height[i]);
+    high_[count] = i;
+    slot_[count] = slot;
+    count += slot >= 0 ? 1U : 0U;
+  }
+  high_.resize(count);
+  for (std::size_t k = 0; k < count; ++k) {
+    votes[static_cast<std::size_t>(slot_[k]) + 1] += returns.planar[high_[k]];
   }
   if (count < kCeilingPoints) return kNone;
   double around = 0.0;
@@ -189,12 +196,13 @@ double CeilingFinder::find(const std::vector<float>& height, const std::vector<f
   nearest_.assign(columns, kNone);
   farthest_.assign(columns, 0.0F);
   OrderedSum sum;
-  for (std::size_t i = 0; i < height.size(); ++i) {
-    const int slot = ceilingSlot(height[i]);
-    if (slot < 0 || std::abs(slot - at) >= 2) continue;
-    sum.add(height[i]);
-    nearest_[column[i]] = std::min(nearest_[column[i]], planar[i]);
-    farthest_[column[i]] = std::max(farthest_[column[i]], planar[i]);
+  for (std::size_t k = 0; k < count; ++k) {
+    if (std::abs(slot_[k] - at) >= 2) continue;
+    const std::uint32_t i = high_[k];
+    const std::uint16_t column = returns.column[i];
+    sum.add(returns.height[i]);
+    nearest_[column] = std::min(nearest_[column], returns.planar[i]);
+    farthest_[column] = std::max(farthest_[column], returns.planar[i]);
   }
   if (sum.count() < kCeilingPoints || !isWide()) return kNone;
   return sum.value() / static_cast<double>(sum.count());

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "ordered.hpp"
+#include "point_loops.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -14,7 +15,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kOnFloor = 0.03;            // a return so near to the plane may be floor [m]
 constexpr double kLevelBand = 5 * kOnFloor;  // heights that tell how level the floor is [m]
 constexpr double kLowestWall = 0.1;          // and one so far above it may be wall [m]
-constexpr double kNearestWall = 0.2;         // planar range [m]
+constexpr float kNearFloor = 0.15F;          // heights that relief and level cells look at [m]
+constexpr float kNearFloorTop = 0.8F;
+constexpr float kDeep = -0.04F;       // what lies higher tells of no drop [m]
+constexpr double kNearestWall = 0.2;  // planar range [m]
 constexpr double kBelowCeiling = 0.05;
 constexpr double kWallFoot = 0.05;     // returns so near to a wall's line may be its foot [m]
 constexpr double kSoftRange = 1.5;     // smoke's own returns come from nearer [m]
@@ -58,35 +62,54 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
   rotation_ = rotation;
   plane_ = rotatedPlane(floor.plane, rotation);
   takeIn(level);
-  view_ = {ceiling_finder_.find(height_, planar_, column_, bins_.count()), -plane_[2], 0.0};
+  pickByHeight();
+  view_ = {ceiling_finder_.find(returns_, above_, bins_.count()), -plane_[2], 0.0};
   sortOut(intensity);
-  wall_returns_.sort(bins_.count());
+  wall_returns_.take(returns_, maybe_wall_, bins_.count());
   post_finder_.find(wall_returns_, &posts_);
 }
 
-/// Coordinates in the upright frame, what follows from them, and what is low.
+/// Coordinates in the upright frame and what follows from them.
 void Room::takeIn(const Points& level) {
   const std::size_t n = level.size();
-  for (auto* values : {&points_.x, &points_.y, &points_.z, &planar_, &height_}) values->resize(n);
-  column_.resize(n);
-  flags_.resize(n);
-  const bool is_level = isIdentity(rotation_);
-  for (std::size_t i = 0; i < n; ++i) {
-    Vector3 p = {level.x[i], level.y[i], level.z[i]};
-    if (!is_level) p = times(rotation_, p);
-    points_.x[i] = static_cast<float>(p[0]);
-    points_.y[i] = static_cast<float>(p[1]);
-    points_.z[i] = static_cast<float>(p[2]);
-    const double x = points_.x[i];
-    const double y = points_.y[i];
-    const double z = points_.z[i];
-    planar_[i] = static_cast<float>(std::sqrt(x * x + y * y));
-    height_[i] = static_cast<float>(z - floorAt(x, y));
-    column_[i] = static_cast<std::uint16_t>(bins_.index(points_.x[i], points_.y[i]));
-    const bool is_low =
-        std::fabs(static_cast<double>(height_[i])) < kOnFloor && planar_[i] < kFarthest;
-    flags_[i] = is_low ? kLow : 0;
+  returns_.points = &level;
+  if (!isIdentity(rotation_)) {
+    for (auto* values : {&turned_.x, &turned_.y, &turned_.z}) values->resize(n);
+    turnPoints({level.x.data(), level.y.data(), level.z.data(), n}, rotation_, turned_.x.data(),
+               turned_.y.data(), turned_.z.data());
+    returns_.points = &turned_;
   }
+  const Points& at = points();
+  for (auto* values : {&returns_.planar, &returns_.height}) values->resize(n);
+  rangesAndHeights({at.x.data(), at.y.data(), at.z.data(), n}, plane_, returns_.planar.data(),
+                   returns_.height.data());
+  bin_.resize(n);
+  returns_.column.resize(n);
+  bins_.indices(at.x.data(), at.y.data(), n, bin_.data());
+  for (std::size_t i = 0; i < n; ++i) returns_.column[i] = static_cast<std::uint16_t>(bin_[i]);
+}
+
+/// Lists what later steps look at.
+void Room::pickByHeight() {
+  const std::size_t n = size();
+  flags_.assign(n, 0);
+  for (auto* chosen : {&low_, &deep_, &near_, &above_}) chosen->resize(n);
+  std::size_t low = 0, deep = 0, near = 0, above = 0;
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const float height = returns_.height[i];
+    const double high = height;
+    const bool is_low = (std::fabs(high) < kOnFloor) & (returns_.planar[i] < kFarthest);
+    low_[low] = deep_[deep] = near_[near] = above_[above] = i;
+    low += is_low ? 1U : 0U;
+    deep += height < kDeep ? 1U : 0U;
+    near += (height > -kNearFloor) & (height < kNearFloorTop) ? 1U : 0U;
+    above += high > kLowestWall ? 1U : 0U;
+  }
+  low_.resize(low);
+  deep_.resize(deep);
+  near_.resize(near);
+  above_.resize(above);
+  for (const std::uint32_t i : low_) flags_[i] = kLow;
 }
 
 /// Range-free strength below which a near return is smoke; NaN where the floor does not tell.
@@ -94,52 +117,55 @@ void Room::takeIn(const Points& level) {
 /// where smoke leaves whole numbers of 0 and 1, a median would be 0.
 double Room::softGate(const std::vector<float>& intensity) const {
   OrderedSum strength;
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (!isLow(i) || !(planar_[i] < kFloorRange)) continue;
-    const double x = points_.x[i];
-    const double y = points_.y[i];
-    const double z = points_.z[i];
+  for (const std::uint32_t i : low_) {
+    if (!(returns_.planar[i] < kFloorRange)) continue;
+    const double x = points().x[i];
+    const double y = points().y[i];
+    const double z = points().z[i];
     strength.add(intensity[i] * ((x * x + y * y) + z * z));
   }
   return kSoftFactor * (strength.value() / static_cast<double>(strength.count()));
 }
 
-/// Soft returns of smoke near the sensor, and what can be wall.
+/// Soft returns of smoke near the sensor, and what can be ceiling or wall.
 void Room::sortOut(const std::vector<float>& intensity) {
   const double gate = softGate(intensity);
-  wall_returns_.clear();
-  slope_counts_.assign(2 * kSlopeSlots, 0);
   const double highest = view_.ceiling - kBelowCeiling;
-  for (std::size_t i = 0; i < size(); ++i) {
-    const double x = points_.x[i];
-    const double y = points_.y[i];
-    const double z = points_.z[i];
-    if (planar_[i] > kNearestWall) {
-      const double slope = z / planar_[i] * kSlotsPerSlope;
-      const int slot =
-          floorToInt(std::max<double>(-kSlopeSlots, std::min(kSlopeSlots - 1.0, slope)));
-      ++slope_counts_[static_cast<std::size_t>(slot + kSlopeSlots)];
-    }
-    if (!(height_[i] > kLowestWall)) continue;
+  maybe_wall_.resize(above_.size());
+  at_ceiling_.resize(above_.size());
+  std::size_t walls = 0, ceilings = 0;
+  for (const std::uint32_t i : above_) {
+    const double x = points().x[i];
+    const double y = points().y[i];
+    const double z = points().z[i];
     const double square = (x * x + y * y) + z * z;
-    if (square < kSoftRange * kSoftRange && intensity[i] * square < gate) {
-      flags_[i] |= kSoft;
-    } else if (height_[i] < highest && planar_[i] > kNearestWall && planar_[i] < kFarthestWall) {
-      flags_[i] |= kMaybeWall;
-      wall_returns_.push(column_[i], planar_[i], height_[i], points_.x[i], points_.y[i]);
-    }
+    const bool is_soft = (square < kSoftRange * kSoftRange) & (intensity[i] * square < gate);
+    flags_[i] = is_soft ? kSoft : 0;
+    const double height = returns_.height[i];
+    const float planar = returns_.planar[i];
+    const bool is_within = (planar > kNearestWall) & (planar < kFarthestWall);
+    maybe_wall_[walls] = at_ceiling_[ceilings] = i;
+    walls += !is_soft & (height < highest) & is_within ? 1U : 0U;
+    ceilings += std::fabs(height - view_.ceiling) < kBelowCeiling ? 1U : 0U;
   }
+  maybe_wall_.resize(walls);
+  at_ceiling_.resize(ceilings);
 }
 
 /// Tangent of the elevation up to which all but one return in a thousand lie, in steps.
 double Room::steepest() {
-  std::size_t total = 0;
-  for (const std::uint32_t count : slope_counts_) total += count;
+  constexpr std::size_t kSlots = 2 * kSlopeSlots;
+  slope_slot_.resize(size());
+  slopeSlots(points().z.data(), returns_.planar.data(), size(), kSlotsPerSlope, kSlopeSlots,
+             kNearestWall, slope_slot_.data());
+  slope_counts_.assign(kSlots + 1, 0);  // the last one of those too near
+  for (const int slot : slope_slot_) ++slope_counts_[static_cast<std::size_t>(slot)];
+  const std::size_t total = size() - slope_counts_[kSlots];
   if (total == 0) return 0.0;
   std::size_t above = 0;
-  int slot = 2 * kSlopeSlots;
-  while (above <= total / kSteeper) above += slope_counts_[static_cast<std::size_t>(--slot)];
-  return (slot + 1 - kSlopeSlots) / kSlotsPerSlope;
+  std::size_t slot = kSlots;
+  while (above <= total / kSteeper) above += slope_counts_[--slot];
+  return (static_cast<int>(slot) + 1 - kSlopeSlots) / kSlotsPerSlope;
 }
 
 std::size_t Room::postReturns() const {
@@ -156,6 +182,7 @@ void Room::findWalls(const ColumnDirections& directions) {
   markFeetOfWalls(directions);
   findSeen();
   profile_finder_.find(posts_, support_, view_, beyond_, level_floor_, directions, &profile_);
+  findOnWalls(directions);
   findDrops(directions);
   const bool drops = std::any_of(drops_.begin.begin(), drops_.begin.end(),
                                  [](double begin) { return begin < kInfinity; });
@@ -168,18 +195,36 @@ void Room::findWalls(const ColumnDirections& directions) {
 
 /// Floor off the plane is as low as that on it.
 void Room::findRelief() {
-  relief_returns_.clear();
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (isSoft(i) || !(height_[i] > ReliefGrid::kLowest && height_[i] < ReliefGrid::kHighest)) {
-      continue;
-    }
-    relief_returns_.push(points_.x[i], points_.y[i], height_[i], planar_[i]);
+  for (auto* values :
+       {&relief_returns_.x, &relief_returns_.y, &relief_returns_.height, &relief_returns_.planar}) {
+    values->resize(near_.size());
+  }
+  std::size_t hard = 0;
+  for (const std::uint32_t i : near_) {
+    relief_returns_.x[hard] = points().x[i];
+    relief_returns_.y[hard] = points().y[i];
+    relief_returns_.height[hard] = returns_.height[i];
+    relief_returns_.planar[hard] = returns_.planar[i];
+    hard += isSoft(i) ? 0U : 1U;
+  }
+  for (auto* values :
+       {&relief_returns_.x, &relief_returns_.y, &relief_returns_.height, &relief_returns_.planar}) {
+    values->resize(hard);
   }
   relief_.find(relief_returns_);
-  if (relief_.isFlat()) return;
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (isSoft(i) || !(planar_[i] < kFarthest)) continue;
-    if (relief_.carries(points_.x[i], points_.y[i], height_[i])) flags_[i] |= kLow;
+  if (!relief_.isFlat()) addCarried();
+}
+
+/// Takes what the relief carries for low.
+void Room::addCarried() {
+  const Points& at = points();
+  for (const std::uint32_t i : near_) {
+    if (isSoft(i) || !(returns_.planar[i] < kFarthest)) continue;
+    if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= kLow;
+  }
+  low_.clear();
+  for (std::uint32_t i = 0; i < size(); ++i) {
+    if ((flags_[i] & kLow) != 0) low_.push_back(i);
   }
 }
 
@@ -196,12 +241,12 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
     }
     window_begin_.push_back(static_cast<std::uint32_t>(windows_.size()));
   }
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (!isLow(i)) continue;
-    const float planar = planar_[i];
-    for (std::size_t w = window_begin_[column_[i]]; w < window_begin_[column_[i] + 1U]; ++w) {
+  for (const std::uint32_t i : low_) {
+    const float planar = returns_.planar[i];
+    const std::size_t c = column(i);
+    for (std::size_t w = window_begin_[c]; w < window_begin_[c + 1]; ++w) {
       if (planar < windows_[w].lowest || planar > windows_[w].highest) continue;
-      if (lines_.distance(window_line_[w], points_.x[i], points_.y[i]) >= kWallFoot) continue;
+      if (lines_.distance(window_line_[w], points().x[i], points().y[i]) >= kWallFoot) continue;
       flags_[i] |= kAtWall;
       break;
     }
@@ -210,31 +255,37 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
 
 /// How far floor and ceiling are measured.
 void Room::findSeen() {
+  const Points& at = points();
   level_cells_.clear();
-  for (std::size_t i = 0; i < size(); ++i) {
-    const double height = height_[i];
-    if (!(std::fabs(height) < kLevelBand) || !(planar_[i] < kFarthest)) continue;
-    level_cells_.add(points_.x[i], points_.y[i], height);
+  for (const std::uint32_t i : near_) {
+    const double height = returns_.height[i];
+    if (!(std::fabs(height) < kLevelBand) || !(returns_.planar[i] < kFarthest)) continue;
+    level_cells_.add(at.x[i], at.y[i], height);
   }
-  const auto is_floor = [&](std::size_t i) { return (flags_[i] & (kLow | kAtWall)) == kLow; };
+  const auto is_floor = [&](std::size_t i) { return (flags_[i] & kAtWall) == 0; };
   farthest_.clear(bins_.count());
-  for (std::size_t i = 0; i < size(); ++i) {
+  for (const std::uint32_t i : low_) {
+    if (is_floor(i)) farthest_.add(column(i), planar(i));
+  }
+  for (std::size_t k = 0; relief_.hasStep() && k < near_.size(); ++k) {
     // A riser has floor at its foot.
-    const bool is_seen =
-        is_floor(i) || (!isSoft(i) && relief_.isRiser(points_.x[i], points_.y[i], height_[i]));
-    if (is_seen) farthest_.add(column_[i], planar_[i]);
+    const std::uint32_t i = near_[k];
+    const bool is_counted = (flags_[i] & (kLow | kAtWall)) == kLow;
+    if (is_counted || isSoft(i) || !relief_.isRiser(at.x[i], at.y[i], height(i))) continue;
+    farthest_.add(column(i), planar(i));
   }
   farthest_.find(2, &seen_floor_);
   farthest_.clear(bins_.count());
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (is_floor(i) && goesOnLevel(i)) farthest_.add(column_[i], planar_[i]);
+  for (const std::uint32_t i : low_) {
+    if (is_floor(i) && goesOnLevel(i)) farthest_.add(column(i), planar(i));
   }
   farthest_.find(2, &level_floor_);
+  findSeenCeiling();
+}
+
+void Room::findSeenCeiling() {
   farthest_.clear(bins_.count());
-  for (std::size_t i = 0; view_.ceiling < kInfinity && i < size(); ++i) {
-    const double off = static_cast<double>(height_[i]) - view_.ceiling;
-    if (std::fabs(off) < kBelowCeiling) farthest_.add(column_[i], planar_[i]);
-  }
+  for (const std::uint32_t i : at_ceiling_) farthest_.add(column(i), planar(i));
   farthest_.find(2, &seen_ceiling_);
   beyond_.resize(seen_floor_.size());
   for (std::size_t c = 0; c < beyond_.size(); ++c) {
@@ -247,17 +298,28 @@ void Room::findDrops(const ColumnDirections& directions) {
   drop_returns_.planar.clear();
   drop_returns_.height.clear();
   drop_returns_.is_floor.clear();
-  for (std::size_t i = 0; i < size(); ++i) {
-    const double distance = profile_.distance[column_[i]];
-    const bool is_open = distance == 0.0;
-    if (!is_open && !(planar_[i] < distance + 2 * kBeyond)) continue;
-    const bool is_floor =
-        (flags_[i] & (kLow | kAtWall)) == kLow && (is_open || planar_[i] < distance - kWallFoot);
-    drop_returns_.column.push_back(column_[i]);
-    drop_returns_.planar.push_back(planar_[i]);
-    drop_returns_.height.push_back(height_[i]);
-    drop_returns_.is_floor.push_back(is_floor ? 1 : 0);
+  for (const std::uint32_t i : low_) addDropReturn(i, (flags_[i] & kAtWall) == 0);
+  for (const std::uint32_t i : deep_) {
+    if ((flags_[i] & kLow) == 0) addDropReturn(i, false);
   }
+  findWallNormals();
+  drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, &drops_);
+}
+
+/// Adds what lies within the boundary.
+void Room::addDropReturn(std::size_t i, bool is_floor) {
+  const double distance = profile_.distance[column(i)];
+  const bool is_open = distance == 0.0;
+  if (!is_open && !(planar(i) < distance + 2 * kBeyond)) return;
+  drop_returns_.column.push_back(returns_.column[i]);
+  drop_returns_.planar.push_back(planar(i));
+  drop_returns_.height.push_back(height(i));
+  const bool is_inside = is_open || planar(i) < distance - kWallFoot;
+  drop_returns_.is_floor.push_back(is_floor && is_inside ? 1 : 0);
+}
+
+/// Of the walls that bound the room.
+void Room::findWallNormals() {
   wall_normals_.clear();
   for (std::size_t line = 0; line < lines_.size(); ++line) {
     const auto number = static_cast<std::int32_t>(line);
@@ -265,29 +327,39 @@ void Room::findDrops(const ColumnDirections& directions) {
         std::find(profile_.line.begin(), profile_.line.end(), number) != profile_.line.end();
     if (bounds) wall_normals_.push_back({lines_.nx[line], lines_.ny[line]});
   }
-  drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, &drops_);
 }
 
 double Room::pastWall(std::size_t i) const {
-  const std::int32_t line = profile_.line[column_[i]];
+  const std::int32_t line = profile_.line[column(i)];
   if (line < 0) return -kInfinity;
   const auto l = static_cast<std::size_t>(line);
-  return (lines_.nx[l] * points_.x[i] + lines_.ny[l] * points_.y[i]) - lines_.rho[l];
+  return (lines_.nx[l] * points().x[i] + lines_.ny[l] * points().y[i]) - lines_.rho[l];
 }
 
-bool Room::isWall(std::size_t i) const {
-  return (flags_[i] & kMaybeWall) != 0 && std::fabs(pastWall(i)) < kWallFoot;
+void Room::findOnWalls(const ColumnDirections& directions) {
+  on_walls_.clear();
+  const WallReturns& walls = wall_returns_;
+  for (std::size_t c = 0; c < directions.count(); ++c) {
+    if (profile_.line[c] < 0) continue;
+    const auto line = static_cast<std::size_t>(profile_.line[c]);
+    const RangeWindow window = windowOf(lines_, line, directions, c, kWallFoot);
+    for (std::size_t k = walls.firstIn(c, window); k < walls.column_begin[c + 1]; ++k) {
+      if (walls.isBeyond(k, window)) break;
+      if (lines_.distance(line, walls.x[k], walls.y[k]) < kWallFoot) {
+        on_walls_.push_back(walls.index[k]);
+      }
+    }
+  }
 }
 
 Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstimator* estimator) {
   wall_light_.clear();
-  for (std::size_t i = 0; i < size(); ++i) {
-    if (!isWall(i)) continue;
-    const std::int32_t line = profile_.line[column_[i]];
+  for (const std::uint32_t i : on_walls_) {
+    const std::int32_t line = profile_.line[column(i)];
     const auto l = static_cast<std::size_t>(line);
-    const double x = points_.x[i];
-    const double y = points_.y[i];
-    const double z = points_.z[i];
+    const double x = points().x[i];
+    const double y = points().y[i];
+    const double z = points().z[i];
     const double range = std::sqrt((x * x + y * y) + z * z);
     const double cosine = std::fabs(lines_.nx[l] * x + lines_.ny[l] * y) / range;
     wall_light_.push(line, range, intensity[i], cosine);
@@ -295,18 +367,17 @@ Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstim
   return estimator->estimate(wall_light_);
 }
 
-std::vector<std::array<double, 9>> uprightCandidates(const std::array<double, 3>& plane) {
+std::optional<std::array<double, 9>> levellingRotation(const std::array<double, 3>& plane) {
   const double a = plane[0];
   const double b = plane[1];
   const double length = std::sqrt((a * a + b * b) + 1.0);
   const double x = -a / length;
   const double y = -b / length;
   const double z = 1.0 / length;
-  const Matrix3 level = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  if (z > kPlumb) return {level};
+  if (z > kPlumb) return std::nullopt;
   const double rest = 1.0 / (1.0 + z);
   const double across = -(x * y) * rest;
-  return {level, {1.0 - x * x * rest, across, -x, across, 1.0 - y * y * rest, -y, x, y, z}};
+  return Matrix3{1.0 - x * x * rest, across, -x, across, 1.0 - y * y * rest, -y, x, y, z};
 }
 
 std::array<double, 3> rotatedPlane(const std::array<double, 3>& plane,

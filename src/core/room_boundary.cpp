@@ -1,5 +1,7 @@
 #include "smoke_ground_reconstruction/room_boundary.hpp"
 
+#include "point_loops.hpp"
+
 namespace smoke_ground_reconstruction {
 
 namespace {
@@ -32,29 +34,33 @@ void RoomBoundary::reconstruct(const ScanView& scan, const SensorModel& sensor,
 }
 
 void RoomBoundary::takeIn(const ScanView& scan, const Mounting& mounting) {
-  valid_.clear();
-  level_.clear();
-  intensity_.clear();
-  const bool is_level = mounting.isLevel();
+  Points& taken = mounting.isLevel() ? level_ : sensed_;
+  for (auto* values : {&taken.x, &taken.y, &taken.z, &intensity_}) values->resize(scan.size);
+  valid_.resize(scan.size);
+  std::size_t count = 0;
   for (std::uint32_t i = 0; i < scan.size; ++i) {
-    const float x = scan.x[i];
-    const float y = scan.y[i];
-    const float z = scan.z[i];
-    if (!isReturn(x, y, z)) continue;
-    valid_.push_back(i);
-    intensity_.push_back(scan.intensity[i]);
-    const auto level = is_level ? std::array<float, 3>{x, y, z} : mounting.toLevel(x, y, z);
-    level_.push(level[0], level[1], level[2]);
+    const float x = taken.x[count] = scan.x[i];
+    const float y = taken.y[count] = scan.y[i];
+    const float z = taken.z[count] = scan.z[i];
+    intensity_[count] = scan.intensity[i];
+    valid_[count] = i;
+    count += isReturn(x, y, z) ? 1U : 0U;
   }
+  for (auto* values : {&taken.x, &taken.y, &taken.z, &intensity_}) values->resize(count);
+  valid_.resize(count);
+  if (mounting.isLevel()) return;
+  for (auto* values : {&level_.x, &level_.y, &level_.z}) values->resize(count);
+  turnPoints({sensed_.x.data(), sensed_.y.data(), sensed_.z.data(), count}, mounting.rotation,
+             level_.x.data(), level_.y.data(), level_.z.data());
 }
 
 /// The room in whichever frame stands its walls upright: the level one or the floor's.
 Room& RoomBoundary::look(const FloorModel& floor) {
-  const auto rotations = uprightCandidates(floor.plane);
-  for (std::size_t k = 0; k < rotations.size(); ++k) {
-    rooms_[k].look(level_, intensity_, floor, rotations[k]);
-  }
-  const bool is_second = rotations.size() > 1 && rooms_[1].postReturns() > rooms_[0].postReturns();
+  constexpr std::array<double, 9> kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  rooms_[0].look(level_, intensity_, floor, kLevel);
+  const auto levelling = levellingRotation(floor.plane);
+  if (levelling) rooms_[1].look(level_, intensity_, floor, *levelling);
+  const bool is_second = levelling && rooms_[1].postReturns() > rooms_[0].postReturns();
   Room& room = rooms_[is_second ? 1 : 0];
   room.findWalls(directions_);
   return room;
@@ -63,11 +69,10 @@ Room& RoomBoundary::look(const FloorModel& floor) {
 void RoomBoundary::label(const Room& room, const FloorClaim& claim,
                          std::vector<Label>* labels) const {
   for (std::size_t k = 0; k < valid_.size(); ++k) {
-    Label& label = (*labels)[valid_[k]];
-    label = room.isSoft(k) ? Label::kNoise : Label::kKept;
-    if (room.isWall(k)) label = Label::kWall;
-    if (claim.measured[k] != 0) label = Label::kGround;
+    (*labels)[valid_[k]] = room.isSoft(k) ? Label::kNoise : Label::kKept;
   }
+  for (const std::uint32_t k : room.onWalls()) (*labels)[valid_[k]] = Label::kWall;
+  for (const std::uint32_t k : claim.measured) (*labels)[valid_[k]] = Label::kGround;
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -272,13 +272,8 @@ void WallSupport::countReturns(const WallReturns& returns, const Lines& lines, s
   high_.assign(columns_, -std::numeric_limits<float>::infinity());
   for (std::size_t c = 0; c < columns_; ++c) {
     const auto window = windowOf(lines, line, directions, c, 4.0 * kLineHalf);
-    const float* planar = returns.planar.data();
-    const float* end = planar + returns.column_begin[c + 1];
-    // Within a millimetre the order is that of the scan.
-    const float* at =
-        std::lower_bound(planar + returns.column_begin[c], end, window.lowest - 0.001F);
-    for (; at != end && *at < window.highest + 0.001F; ++at) {
-      const auto i = static_cast<std::size_t>(at - planar);
+    for (std::size_t i = returns.firstIn(c, window); i < returns.column_begin[c + 1]; ++i) {
+      if (returns.isBeyond(i, window)) break;
       const double off = lines.distance(line, returns.x[i], returns.y[i]);
       if (!(off < 4.0 * kLineHalf)) continue;
       ++around_[c];
