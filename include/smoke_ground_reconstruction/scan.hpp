@@ -47,10 +47,11 @@ constexpr float kFarthestReturn = 1e6F;
 
 /// Is this a return? Finite, no coordinate beyond kFarthestReturn, and not (0, 0, 0).
 inline bool isReturn(float x, float y, float z) {
-  // False for NaN as well.
-  const bool is_in_reach = std::fabs(x) <= kFarthestReturn && std::fabs(y) <= kFarthestReturn &&
-                           std::fabs(z) <= kFarthestReturn;
-  return is_in_reach && !(x == 0.0F && y == 0.0F && z == 0.0F);
+  // No branches: loops over points vectorize. False for NaN as well.
+  const bool is_in_reach = (std::fabs(x) <= kFarthestReturn) & (std::fabs(y) <= kFarthestReturn) &
+                           (std::fabs(z) <= kFarthestReturn);
+  const bool is_origin = (x == 0.0F) & (y == 0.0F) & (z == 0.0F);
+  return is_in_reach & !is_origin;
 }
 
 /// The points of some labels, column by column, each column from the lowest ring to the highest

@@ -1,5 +1,7 @@
 #include "smoke_ground_reconstruction/scan.hpp"
 
+#include "multiversion.hpp"
+
 namespace smoke_ground_reconstruction {
 
 namespace {
@@ -7,6 +9,24 @@ namespace {
 float weightedSum(double a, float x, double b, float y, double c, float z) {
   return static_cast<float>((a * static_cast<double>(x) + b * static_cast<double>(y)) +
                             c * static_cast<double>(z));
+}
+
+void copyFields(const ScanView& view, float* x, float* y, float* z, float* intensity,
+                std::uint16_t* ring) {
+  const ScanView from = view;  // which nothing that is written can be part of
+  for (std::size_t i = 0; i < from.size; ++i) {
+    x[i] = from.x[i];
+    y[i] = from.y[i];
+    z[i] = from.z[i];
+    intensity[i] = from.intensity[i];
+    ring[i] = from.ring[i];
+  }
+}
+
+SMOKE_GROUND_MULTIVERSION
+void findReturns(const float* x, const float* y, const float* z, std::size_t size,
+                 std::uint8_t* valid) {
+  for (std::size_t i = 0; i < size; ++i) valid[i] = isReturn(x[i], y[i], z[i]) ? 1 : 0;
 }
 
 /// Stable counting sort of `items` by key(item) < key_count; also where each key begins.
@@ -49,14 +69,8 @@ Scan::Scan(const ScanView& view, const Mounting& mounting)
       intensity(view.size),
       ring(view.size),
       valid(view.size) {
-  for (std::size_t i = 0; i < view.size; ++i) {
-    x[i] = view.x[i];
-    y[i] = view.y[i];
-    z[i] = view.z[i];
-    intensity[i] = view.intensity[i];
-    ring[i] = view.ring[i];
-  }
-  for (std::size_t i = 0; i < view.size; ++i) valid[i] = isReturn(x[i], y[i], z[i]) ? 1 : 0;
+  copyFields(view, x.data(), y.data(), z.data(), intensity.data(), ring.data());
+  findReturns(x.data(), y.data(), z.data(), view.size, valid.data());
   if (mounting.isLevel()) return;
   for (std::size_t i = 0; i < view.size; ++i) {
     const auto level = mounting.toLevel(x[i], y[i], z[i]);
