@@ -46,6 +46,8 @@ class SensorModel {
     std::size_t points = 0;  // behind the median; 0: never seen
   };
 
+  bool findRisingRings(const std::vector<std::size_t>& points,
+                       std::vector<std::uint8_t>* is_rising) const;
   void orderRings();
 
   std::vector<Beam> beams_;  // by ring number

@@ -21,13 +21,22 @@ bool tellsElevation(const ScanView& scan, std::size_t i) {
          scan.ring[i] != SensorModel::kNoRank;
 }
 
-/// How many points tell the elevation of each ring.
+/// How many points each ring has, whatever they tell.
 void countByRing(const ScanView& scan, std::vector<std::size_t>* points) {
   for (std::size_t i = 0; i < scan.size; ++i) {
-    if (!tellsElevation(scan, i)) continue;
     const std::uint16_t ring = scan.ring[i];
+    if (ring == SensorModel::kNoRank) continue;
     if (ring >= points->size()) points->resize(ring + 1U);
     ++(*points)[ring];
+  }
+}
+
+/// How many points of some rings tell their elevation.
+void countTelling(const ScanView& scan, const std::vector<std::uint8_t>& is_wanted,
+                  std::vector<std::size_t>* points) {
+  std::fill(points->begin(), points->end(), 0U);
+  for (std::size_t i = 0; i < scan.size; ++i) {
+    if (tellsElevation(scan, i) && is_wanted[scan.ring[i]] != 0) ++(*points)[scan.ring[i]];
   }
 }
 
@@ -116,15 +125,16 @@ void SensorModel::observe(const ScanView& scan) {
   Recycled<std::size_t> points;
   countByRing(scan, &points);
   if (points.size() > beams_.size()) beams_.resize(points.size());
-  Recycled<std::uint8_t> is_wanted;  // few rings of few scans show more points than ever before
+  Recycled<std::uint8_t> is_wanted;
+  if (!findRisingRings(points, &is_wanted)) return;  // few rings of few scans have more than ever
+  countTelling(scan, is_wanted, &points);
+  if (!findRisingRings(points, &is_wanted)) return;
   Recycled<std::size_t> begin;
   std::size_t wanted = 0;
   for (std::size_t ring = 0; ring < points.size(); ++ring) {
-    is_wanted.push_back(points[ring] > beams_[ring].points ? 1 : 0);
     begin.push_back(wanted);
     if (is_wanted[ring] != 0) wanted += points[ring];
   }
-  if (wanted == 0) return;
   Recycled<double> tangents(wanted);
   sortTangents(scan, is_wanted, begin, &tangents);
   for (std::size_t ring = 0; ring < points.size(); ++ring) {
@@ -132,6 +142,16 @@ void SensorModel::observe(const ScanView& scan) {
     beams_[ring] = {lowerMedian(&tangents[begin[ring]], points[ring]), points[ring]};
   }
   orderRings();
+}
+
+/// Which rings have more points than ever before; false: none.
+bool SensorModel::findRisingRings(const std::vector<std::size_t>& points,
+                                  std::vector<std::uint8_t>* is_rising) const {
+  is_rising->clear();
+  for (std::size_t ring = 0; ring < points.size(); ++ring) {
+    is_rising->push_back(points[ring] > beams_[ring].points ? 1 : 0);
+  }
+  return std::find(is_rising->begin(), is_rising->end(), 1) != is_rising->end();
 }
 
 void SensorModel::orderRings() {
