@@ -66,6 +66,14 @@ struct ScanColumns {
   ///             do not.
   ScanColumns(const Scan& scan, const std::vector<std::uint8_t>& use, const AzimuthBins& columns,
               const SensorModel& sensor);
+
+ private:
+  void sortAtOnce(const std::vector<std::uint32_t>& bin,
+                  const std::vector<std::uint16_t>& point_rank, std::size_t columns,
+                  std::size_t ranks);
+  void sortTwice(const std::vector<std::uint32_t>& bin,
+                 const std::vector<std::uint16_t>& point_rank, std::size_t columns,
+                 std::size_t ranks);
 };
 
 }  // namespace smoke_ground_reconstruction

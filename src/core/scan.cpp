@@ -1,5 +1,7 @@
 #include "smoke_ground_reconstruction/scan.hpp"
 
+#include <numeric>
+
 #include "multiversion.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -40,6 +42,24 @@ void sortByKey(const std::vector<std::uint32_t>& items, std::size_t key_count, c
   sorted->resize(items.size());
   for (std::size_t i = items.size(); i-- > 0;) {  // backwards: the end moves to the begin
     (*sorted)[--(*begin)[key(items[i])]] = items[i];
+  }
+}
+
+/// Ranks of points, kNoRank of those that are not used.
+void rankPoints(const Scan& scan, const std::uint8_t* use, const SensorModel& sensor,
+                std::uint16_t* rank) {
+  Recycled<std::uint16_t> rank_of_ring;
+  for (const std::uint16_t ring : sensor.ringsByElevation()) {
+    if (ring >= rank_of_ring.size()) rank_of_ring.resize(ring + 1U, SensorModel::kNoRank);
+    rank_of_ring[ring] = sensor.rank(ring);
+  }
+  const std::uint16_t* const ranks = rank_of_ring.data();
+  const std::uint16_t* const ring = scan.ring.data();
+  const std::uint8_t* const valid = scan.valid.data();
+  const std::size_t rings = rank_of_ring.size();
+  for (std::size_t i = 0, size = scan.size(); i < size; ++i) {
+    const bool is_ranked = (use[i] != 0) & (valid[i] != 0) & (ring[i] < rings);
+    rank[i] = is_ranked ? ranks[ring[i]] : SensorModel::kNoRank;
   }
 }
 
@@ -87,28 +107,54 @@ ScanColumns::ScanColumns(const Scan& scan, const std::vector<std::uint8_t>& use,
   Recycled<std::uint32_t> bin(scan.size());
   columns.indices(scan.x.data(), scan.y.data(), scan.size(), bin.data());
   Recycled<std::uint16_t> point_rank(scan.size());
+  rankPoints(scan, use.data(), sensor, point_rank.data());
+  const std::size_t ranks = sensor.ringsByElevation().size();
+  if (columns.count() * ranks <= kMostPlaces) {
+    sortAtOnce(bin, point_rank, columns.count(), ranks);
+  } else {
+    sortTwice(bin, point_rank, columns.count(), ranks);
+  }
+}
+
+void ScanColumns::sortAtOnce(const std::vector<std::uint32_t>& bin,
+                             const std::vector<std::uint16_t>& point_rank, std::size_t columns,
+                             std::size_t ranks) {
+  const std::size_t places = columns * ranks;  // and one for all points that are not used
+  Recycled<std::uint32_t> place(bin.size());
+  Recycled<std::uint32_t> next;
+  next.assign(places + 2, 0);
+  for (std::size_t i = 0; i < bin.size(); ++i) {
+    const bool is_used = point_rank[i] != SensorModel::kNoRank;
+    place[i] = static_cast<std::uint32_t>(is_used ? bin[i] * ranks + point_rank[i] : places);
+    ++next[place[i] + 1];
+  }
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  column_begin.resize(columns + 1);
+  for (std::size_t c = 0; c <= columns; ++c) column_begin[c] = next[c * ranks];
+  order.resize(bin.size());
+  rank.resize(bin.size());
+  for (std::uint32_t i = 0; i < bin.size(); ++i) {
+    const std::uint32_t at = next[place[i]]++;
+    order[at] = i;
+    rank[at] = point_rank[i];
+  }
+  order.resize(column_begin.back());
+  rank.resize(column_begin.back());
+}
+
+void ScanColumns::sortTwice(const std::vector<std::uint32_t>& bin,
+                            const std::vector<std::uint16_t>& point_rank, std::size_t columns,
+                            std::size_t ranks) {
   Recycled<std::uint32_t> used;
-  used.reserve(scan.size());
-  for (std::uint32_t i = 0; i < scan.size(); ++i) {
-    if (use[i] == 0 || scan.valid[i] == 0) continue;
-    point_rank[i] = sensor.rank(scan.ring[i]);
+  for (std::uint32_t i = 0; i < bin.size(); ++i) {
     if (point_rank[i] != SensorModel::kNoRank) used.push_back(i);
   }
-  const std::size_t ranks = sensor.ringsByElevation().size();
-  const auto rank_of = [&](std::uint32_t i) { return point_rank[i]; };
-  const auto column_of = [&](std::uint32_t i) { return bin[i]; };
-  if (columns.count() * ranks <= kMostPlaces) {
-    Recycled<std::uint32_t> begin;
-    sortByKey(
-        used, columns.count() * ranks,
-        [&](std::uint32_t i) { return column_of(i) * ranks + rank_of(i); }, &begin, &order);
-    for (std::size_t c = 0; c <= columns.count(); ++c) column_begin.push_back(begin[c * ranks]);
-  } else {
-    Recycled<std::uint32_t> rank_begin;
-    Recycled<std::uint32_t> by_rank;
-    sortByKey(used, ranks, rank_of, &rank_begin, &by_rank);
-    sortByKey(by_rank, columns.count(), column_of, &column_begin, &order);
-  }
+  Recycled<std::uint32_t> rank_begin;
+  Recycled<std::uint32_t> by_rank;
+  sortByKey(
+      used, ranks, [&](std::uint32_t i) { return point_rank[i]; }, &rank_begin, &by_rank);
+  sortByKey(
+      by_rank, columns, [&](std::uint32_t i) { return bin[i]; }, &column_begin, &order);
   rank.reserve(order.size());
   for (const std::uint32_t i : order) rank.push_back(point_rank[i]);
 }
