@@ -27,6 +27,9 @@ VARIANTS = {
     "windows overlap": replace(
         DEFAULT, min_ground_angle_deg=-60.0, max_ground_angle_deg=90.0, ground_range_step="any"
     ),
+    "almost half a turn": replace(
+        DEFAULT, min_ground_angle_deg=-89.9, max_ground_angle_deg=89.9, ground_range_step="any"
+    ),
     "obtuse ground": replace(DEFAULT, min_ground_angle_deg=100.0, max_ground_angle_deg=180.0),
 }
 
