@@ -25,9 +25,8 @@ class DenoiserNodelet : public LazyNodelet {
   }
 
   void startListening() override {
-    input_sub_ =
-        getPrivateNodeHandle().subscribe("input", kInputQueueSize, &DenoiserNodelet::onCloud, this,
-                                         ros::TransportHints().tcpNoDelay());
+    input_sub_ = getPrivateNodeHandle().subscribe("input", queueSize(), &DenoiserNodelet::onCloud,
+                                                  this, ros::TransportHints().tcpNoDelay());
   }
 
   void stopListening() override { input_sub_.shutdown(); }

@@ -75,7 +75,7 @@ class ReconstructorNodelet : public LazyNodelet {
     listened_for_ = params_->get()->method;
     if (listened_for_ == ReconstructionMethod::kRoomBoundary) {
       raw_alone_sub_ =
-          pnh.subscribe("input", kInputQueueSize, &ReconstructorNodelet::onRaw, this, hints);
+          pnh.subscribe("input", queueSize(), &ReconstructorNodelet::onRaw, this, hints);
       return;
     }
     sync_ =

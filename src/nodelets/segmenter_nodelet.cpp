@@ -54,9 +54,8 @@ class SegmenterNodelet : public LazyNodelet {
   }
 
   void startListening() override {
-    input_sub_ =
-        getPrivateNodeHandle().subscribe("input", kInputQueueSize, &SegmenterNodelet::onCloud, this,
-                                         ros::TransportHints().tcpNoDelay());
+    input_sub_ = getPrivateNodeHandle().subscribe("input", queueSize(), &SegmenterNodelet::onCloud,
+                                                  this, ros::TransportHints().tcpNoDelay());
   }
 
   void stopListening() override { input_sub_.shutdown(); }

@@ -1,10 +1,23 @@
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
 
 #include <algorithm>
+#include <stdexcept>
 
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
 
 namespace smoke_ground_reconstruction {
+namespace {
+
+std::uint32_t queueSizeFrom(const ros::NodeHandle& nh) {
+  const int size = nh.param("queue_size", 1);
+  if (size < 1) {  // 0 would mean without end
+    throw std::invalid_argument(nh.resolveName("queue_size") + " must be at least 1, is " +
+                                std::to_string(size));
+  }
+  return static_cast<std::uint32_t>(size);
+}
+
+}  // namespace
 
 void LazyNodelet::onInit() {
   try {
@@ -18,6 +31,7 @@ void LazyNodelet::onInit() {
 void LazyNodelet::initialize() {
   auto& pnh = getPrivateNodeHandle();
   is_always_on_ = pnh.param("always_on", false);
+  queue_size_ = queueSizeFrom(pnh);
   timing_pub_ = pnh.advertise<Timing>("timing", kOutputQueueSize);
   diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), pnh, getName());
   diagnostics_->setHardwareID("none");

@@ -51,8 +51,14 @@ def test_a_python_node_takes_the_place_and_the_topics_of_the_nodelet(stage):
 
 def test_arguments_reach_the_nodes():
     given = parameters(
-        "sensor_height:=0.45", "base_frame:=base_footprint", "base_height:=0.05", "sensor:=qt128"
+        "sensor_height:=0.45",
+        "base_frame:=base_footprint",
+        "base_height:=0.05",
+        "sensor:=qt128",
+        "queue_size:=10",
     )
+    for stage in ("denoiser", "segmenter", "reconstructor"):
+        assert given[f"{NS}/{stage}/queue_size"] == 10
     assert given[f"{NS}/reconstructor/sensor_height"] == 0.45
     for stage in ("segmenter", "reconstructor"):
         assert given[f"{NS}/{stage}/base_frame"] == "base_footprint"

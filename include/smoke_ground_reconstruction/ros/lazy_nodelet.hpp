@@ -4,6 +4,7 @@
 #include <nodelet/nodelet.h>
 #include <ros/ros.h>
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -54,9 +55,11 @@ class LazyNodelet : public nodelet::Nodelet {
 
   StageHealth& health() { return health_; }
 
+  /// Scans that may wait, ~queue_size. 1 by default: a stage that falls behind works on the newest
+  /// scan, not on one that grew old in a queue.
+  std::uint32_t queueSize() const { return queue_size_; }
+
   static constexpr int kOutputQueueSize = 2;
-  /// A stage that falls behind works on the newest scan, not on one that grew old in a queue.
-  static constexpr int kInputQueueSize = 1;
 
  private:
   void initialize();
@@ -68,6 +71,7 @@ class LazyNodelet : public nodelet::Nodelet {
   ros::Publisher timing_pub_;
   std::mutex connect_mutex_;
   std::vector<ros::Publisher> outputs_;
+  std::uint32_t queue_size_ = 1;
   bool is_always_on_ = false;
   bool is_listening_ = false;
   bool has_warned_of_rings_ = false;

@@ -15,8 +15,6 @@ from ..ros_messages import describe_fields
 from .health import StageHealth
 from .timing import StageTiming
 
-# A stage that falls behind works on the newest scan, not on one that grew old in a queue.
-INPUT_QUEUE_SIZE = 1
 OUTPUT_QUEUE_SIZE = 2
 # rospy reads a socket into a buffer of this size; smaller than a cloud, it makes scans queue up.
 BUFFER_SIZE = 1 << 25
@@ -158,13 +156,22 @@ def publish_if_heard(publisher, make, timing=None):
         publisher.publish(message)
 
 
+def queue_size() -> int:
+    """~queue_size, the scans that may wait. ValueError below 1: 0 would mean without end."""
+    size = rospy.get_param("~queue_size", 1)
+    if size < 1:
+        raise ValueError(f"{rospy.resolve_name('~queue_size')} must be at least 1, is {size}")
+    return size
+
+
 def subscribe(topic, callback):
-    """A subscription to a PointCloud2 that keeps the newest scan and drops the rest."""
+    """A subscription to a PointCloud2 that keeps the newest ~queue_size scans: by default one, so
+    that a stage that falls behind works on the newest, not on one that grew old in a queue."""
     return rospy.Subscriber(
         topic,
         PointCloud2,
         callback,
-        queue_size=INPUT_QUEUE_SIZE,
+        queue_size=queue_size(),
         buff_size=BUFFER_SIZE,
         tcp_nodelay=True,
     )
