@@ -7,6 +7,7 @@ endif()
 smoke_ground_add_library(ros
   src/ros/cloud_conversions.cpp
   src/ros/floor_markers.cpp
+  src/ros/latency_log.cpp
   src/ros/lazy_nodelet.cpp
   src/ros/mounting_source.cpp
   src/ros/param_conversions.cpp
@@ -26,6 +27,7 @@ target_link_libraries(${PROJECT_NAME}_ros
 # --- nodelets ---------------------------------------------------------------------------------------
 smoke_ground_add_library(nodelets
   src/nodelets/denoiser_nodelet.cpp
+  src/nodelets/latency_probe_nodelet.cpp
   src/nodelets/reconstructor_nodelet.cpp
   src/nodelets/segmenter_nodelet.cpp)
 target_link_libraries(${PROJECT_NAME}_nodelets PRIVATE ${PROJECT_NAME}_ros ${PROJECT_NAME}_pcl)

@@ -16,6 +16,7 @@ COMMANDS = (
     "commands.reconstruct",
     "commands.view",
     "commands.replay",
+    "commands.latency",
     "commands.convert",
     "commands.params",
     "commands.benchmark",

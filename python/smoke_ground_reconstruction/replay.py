@@ -77,7 +77,7 @@ def nodelets(launch_arguments: Dict[str, Any]) -> Iterator[None]:
     command = ["roslaunch", "--port", port, "smoke_ground_reconstruction"]
     command.append("ground_reconstruction.launch")
     command += [f"{name}:={value}" for name, value in launch_arguments.items()]
-    with tempfile.TemporaryFile("w+") as log, _running(command, log) as process:
+    with tempfile.TemporaryFile("w+") as log, running(command, log) as process:
         if not _becomes_true(_nodelets_answer, _START_DEADLINE, process):
             log.seek(0)
             raise CommandError(f"the nodelets did not start; roslaunch said: {complaint(log)}")
@@ -119,7 +119,7 @@ def record(scans: Scans, output: str, rate: float) -> int:
         recorder = _Recorder(bag)
         if not _becomes_true(lambda: _chain_listens(scans.topic), _START_DEADLINE):
             raise CommandError("the nodelets do not listen to their input")
-        with _running(command, subprocess.DEVNULL) as player:
+        with running(command, subprocess.DEVNULL) as player:
             recorder.wait_for_floors(len(scans), player)
         recorder.stop()
         if recorder.floors() == 0:
@@ -177,7 +177,7 @@ def _stamp_of(message) -> rospy.Time:
 
 
 @contextlib.contextmanager
-def _running(command: List[str], output) -> Iterator[subprocess.Popen]:
+def running(command: List[str], output) -> Iterator[subprocess.Popen]:
     """A process in a group of its own, ended on leaving: first asked, then told."""
     process = subprocess.Popen(
         command, stdout=output, stderr=subprocess.STDOUT, start_new_session=True

@@ -4,13 +4,10 @@
 #include <numeric>
 
 namespace smoke_ground_reconstruction {
-namespace {
 
 std::uint64_t addressOf(const sensor_msgs::PointCloud2& cloud) {
   return reinterpret_cast<std::uintptr_t>(cloud.data.data());
 }
-
-}  // namespace
 
 std::uint64_t nanosecondsOf(std::chrono::steady_clock::time_point time) {
   return static_cast<std::uint64_t>(

@@ -13,6 +13,9 @@
 
 namespace smoke_ground_reconstruction {
 
+/// Where the data of a cloud lies in memory.
+std::uint64_t addressOf(const sensor_msgs::PointCloud2& cloud);
+
 /// Nanoseconds of the machine's monotonic clock.
 std::uint64_t nanosecondsOf(std::chrono::steady_clock::time_point time);
 

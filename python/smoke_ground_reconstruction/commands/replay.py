@@ -45,15 +45,16 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.rate > 0:
         raise CommandError(f"--rate must be above 0, is {arguments.rate:g}")
     with tempfile.TemporaryDirectory(prefix="smoke_ground_") as work:
-        scans = _as_bag(arguments.input, arguments.topic, work)
-        launch_arguments = _launch_arguments(arguments, scans, work)
-        with replay.own_master(), replay.nodelets(launch_arguments):
+        scans = as_bag(arguments.input, arguments.topic, work)
+        launch = launch_arguments(arguments, scans, work)
+        launch.update(denoiser=arguments.denoiser, reconstructor=arguments.reconstructor)
+        with replay.own_master(), replay.nodelets(launch):
             floors = replay.record(scans, arguments.output, arguments.rate)
     note(f"{floors} of {len(scans)} scans came out as floors in {arguments.output}")
 
 
-def _as_bag(path: str, topic: str, work: str):
-    """The scans, in a bag in any case."""
+def as_bag(path: str, topic: str, work: str):
+    """The scans, in a bag in any case: a new one in the directory `work` where they are in none."""
     if format_of(path) == ".bag":
         return files.open_scans(path, topic)
     target = str(Path(work) / "scans.bag")
@@ -61,16 +62,11 @@ def _as_bag(path: str, topic: str, work: str):
     return files.open_scans(target)
 
 
-def _launch_arguments(arguments: argparse.Namespace, scans, work: str) -> dict:
+def launch_arguments(arguments: argparse.Namespace, scans, work: str) -> dict:
+    """Arguments of the launch file, by name, of a command with the options of a pipeline."""
     height = arguments.sensor_height or estimated_height(arguments.input, scans)
-    launch_arguments = {
-        "cloud": scans.topic,
-        "sensor_height": height,
-        "denoiser": arguments.denoiser,
-        "reconstructor": arguments.reconstructor,
-        "respawn": "false",
-    }
+    launch = {"cloud": scans.topic, "sensor_height": height, "respawn": "false"}
     if arguments.params:
-        launch_arguments["params"] = str(Path(work) / "params.yaml")
-        read_params([arguments.params]).to_yaml(launch_arguments["params"])
-    return launch_arguments
+        launch["params"] = str(Path(work) / "params.yaml")
+        read_params([arguments.params]).to_yaml(launch["params"])
+    return launch
