@@ -129,16 +129,20 @@ class DropEdgeFinder {
 /// goes on only where it is measured again beyond the last. Not in the thesis.
 class DropOffFinder {
  public:
+  static constexpr double kDepth = 0.04;  ///< of a level floor [m]
+
   /// \param sensor_height  of the sensor above the floor [m].
   /// \param middle  directions of the columns' middles.
   /// \param walls  normals of the room's walls; only edges along or across them tell of floor that
   ///     was not measured.
+  /// \param depth  a return so far below the floor beneath the sensor is none of it [m].
   void find(const DropOffReturns& returns, double sensor_height,
             const std::vector<Direction>& middle, const std::vector<std::array<double, 2>>& walls,
-            DropOffs* drops);
+            DropOffs* drops, double depth = kDepth);
 
  private:
-  void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns);
+  void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns,
+               double depth);
   void findWitnessed();
   void joinNeighbors();
   void endSingleColumns(DropOffs* drops);

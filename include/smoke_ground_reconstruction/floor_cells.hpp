@@ -24,8 +24,9 @@ class CellGrid {
 /// Some cells of a grid of square cells.
 class CellSet {
  public:
-  explicit CellSet(double size);
-  void clear();
+  CellSet();
+  /// \param size  edge of a cell [m].
+  void clear(double size);
   void insert(double x, double y);
   bool contains(double x, double y) const;
 
@@ -34,11 +35,12 @@ class CellSet {
   std::vector<std::uint64_t> bits_;
 };
 
-/// Cells of 0.2 m that are as level as the floor: by the median of their low returns.
+/// Cells of 0.2 m that are as level as the floor, by the median of their low returns.
 class LevelCells {
  public:
   LevelCells();
-  void clear();
+  /// \param tolerance  a level cell's median lies so near to the plane [m].
+  void clear(double tolerance);
   /// A low return at a height over the floor [m].
   void add(double x, double y, double height);
   bool isLevel(double x, double y) const;
@@ -48,6 +50,7 @@ class LevelCells {
     std::uint16_t all, below_top, below_bottom;  // of the band of heights that are level
   };
   CellGrid grid_;
+  double tolerance_ = 0.0;
   std::vector<Counts> counts_;
   std::vector<std::uint32_t> touched_;
 };

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "smoke_ground_reconstruction/room_boundary_params.hpp"
+
 namespace smoke_ground_reconstruction {
 
 /// Points in one frame [m], structure of arrays.
@@ -37,13 +39,14 @@ struct FloorModel {
 ///
 /// A search over tilts finds the height that most floor cells agree on; iteratively reweighted
 /// least squares (Tukey) with a weak prior at the mounting height refines it. Heights more than
-/// 0.15 m off the mounting height beneath the sensor are never looked at. O(n).
+/// `max_height_deviation` off the mounting height beneath the sensor are never looked at. O(n).
 class FloorFitter {
  public:
   /// \param returns  in the level frame, finite.
   /// \param sensor_height  [m].
   /// \param before  the last good floor, taken where this scan shows too little; may be null.
-  FloorModel fit(const Points& returns, double sensor_height, const FloorModel* before);
+  FloorModel fit(const Points& returns, double sensor_height, const FloorModel* before,
+                 const RoomBoundaryParams& params = RoomBoundaryParams());
 
  private:
   struct Plane {
@@ -66,6 +69,7 @@ class FloorFitter {
   double width(double total) const;
   double totalWeight() const;
 
+  RoomBoundaryParams params_;
   std::vector<double> x_, y_, z_, sine_, residual_, scale_, weight_;  // of low returns
   std::size_t count_ = 0;                                             // the rest is padding
   std::vector<double> vote_y_, vote_, turned_, over_lowest_, vote_x_;

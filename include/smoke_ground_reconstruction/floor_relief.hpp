@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "smoke_ground_reconstruction/room_boundary_params.hpp"
+
 namespace smoke_ground_reconstruction {
 
 /// Height over the floor's plane: a x + b y + c [m].
@@ -87,7 +89,7 @@ struct ReliefGrid {
 class FloorRelief {
  public:
   FloorRelief();
-  void find(const ReliefReturns& returns);
+  void find(const ReliefReturns& returns, const RoomBoundaryParams& params = RoomBoundaryParams());
 
   /// Is the floor its plane and nothing else?
   bool isFlat() const { return facets_.size() == 1 && !has_heights_; }
@@ -147,6 +149,7 @@ class FloorRelief {
   Nearest nearest(double x, double y);
   Nearest searchNearest(int column, int row) const;
 
+  RoomBoundaryParams params_;
   ReliefGrid grid_;
   std::vector<std::uint8_t> is_floor_, may_join_, is_taken_;  // by cell
   std::vector<std::int8_t> facet_;                            // by cell; -1: none

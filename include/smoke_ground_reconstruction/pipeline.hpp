@@ -21,6 +21,7 @@ struct ReconstructorParams {
   double sensor_height = 0.70;        ///< of the sensor above the floor [m]
   double occupancy_resolution = 0.1;  ///< edge of a cell of the occupancy grid [m]
   PolarSegmentsParams polar_segments;
+  RoomBoundaryParams room_boundary;
 
   /// \throws std::invalid_argument naming the parameter, its value and what it may be.
   void validate() const;

@@ -12,6 +12,7 @@
 #include "smoke_ground_reconstruction/floor_model.hpp"
 #include "smoke_ground_reconstruction/floor_relief.hpp"
 #include "smoke_ground_reconstruction/posts.hpp"
+#include "smoke_ground_reconstruction/room_boundary_params.hpp"
 #include "smoke_ground_reconstruction/visibility.hpp"
 #include "smoke_ground_reconstruction/wall_lines.hpp"
 #include "smoke_ground_reconstruction/wall_profile.hpp"
@@ -34,8 +35,7 @@ class FarthestReturns {
 /// What one scan shows of its room, in the frame that stands its walls upright. Keeps its buffers.
 class Room {
  public:
-  static constexpr double kFarthest = 50.0;  ///< no floor is claimed beyond [m]
-  static constexpr double kBeyond = 0.15;    ///< floor so far behind the boundary: an opening [m]
+  static constexpr double kBeyond = 0.15;  ///< floor so far behind the boundary: an opening [m]
 
   explicit Room(const AzimuthBins& bins);
 
@@ -44,7 +44,7 @@ class Room {
   /// \param intensity  on the sensor's own scale.
   /// \param rotation  from the level to the upright frame, row by row.
   void look(const Points& level, const std::vector<float>& intensity, const FloorModel& floor,
-            const std::array<double, 9>& rotation);
+            const std::array<double, 9>& rotation, const RoomBoundaryParams& params);
   /// Relief, lines, the profile of the boundary and the drop-offs.
   void findWalls(const ColumnDirections& directions);
   /// The smoke's extinction from the boundary's walls.
@@ -54,6 +54,7 @@ class Room {
   /// Number of returns that stand in posts.
   std::size_t postReturns() const;
 
+  const RoomBoundaryParams& params() const { return params_; }
   std::size_t size() const { return returns_.size(); }
   const Points& points() const { return *returns_.points; }
   const std::array<double, 9>& rotation() const { return rotation_; }
@@ -106,6 +107,9 @@ class Room {
   void findOnWalls(const ColumnDirections& directions);
 
   const AzimuthBins& bins_;
+  RoomBoundaryParams params_;
+  double tolerance_ = 0.0;   // a return so near to the plane may be floor [m]
+  double drop_depth_ = 0.0;  // and one so far below it tells of a drop [m]
   Points turned_;
   UprightReturns returns_;
   std::vector<std::uint32_t> bin_;
@@ -145,6 +149,9 @@ class Room {
 /// frame; none where the floor is level. A tilted floor in a plumb building has plumb walls; a
 /// tilted sensor sees both tilted alike.
 std::optional<std::array<double, 9>> levellingRotation(const std::array<double, 3>& plane);
+
+/// How near to the plane floor lies [m], from the unevenness that the scan tells.
+double floorTolerance(const FloorModel& floor);
 
 /// z = a x + b y + c in a frame turned by a rotation.
 std::array<double, 3> rotatedPlane(const std::array<double, 3>& plane,

@@ -10,6 +10,7 @@
 #include "smoke_ground_reconstruction/floor_surface.hpp"
 #include "smoke_ground_reconstruction/label.hpp"
 #include "smoke_ground_reconstruction/room.hpp"
+#include "smoke_ground_reconstruction/room_boundary_params.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
 #include "smoke_ground_reconstruction/sensor_model.hpp"
 #include "smoke_ground_reconstruction/visibility.hpp"
@@ -37,9 +38,14 @@ struct RoomBoundaryResult {
 /// unknown. Keeps the last good floor plane and its buffers; use one per sensor.
 class RoomBoundary {
  public:
-  RoomBoundary();
+  /// \throws std::invalid_argument on bad parameters.
+  explicit RoomBoundary(const RoomBoundaryParams& params = RoomBoundaryParams());
   RoomBoundary(const RoomBoundary&) = delete;
   RoomBoundary& operator=(const RoomBoundary&) = delete;
+
+  /// From the next scan on; what was learned of the sensor's room is kept.
+  /// \throws std::invalid_argument on bad parameters.
+  void setParams(const RoomBoundaryParams& params);
 
   /// The floor of one scan, from all of its points in the sensor frame. It has its own denoising:
   /// posts and lines are found among all returns, and smoke's soft returns near the sensor are told
@@ -53,6 +59,7 @@ class RoomBoundary {
   Room& look(const FloorModel& floor);
   void label(const Room& room, const FloorClaim& claim, std::vector<Label>* labels) const;
 
+  RoomBoundaryParams params_;
   AzimuthBins bins_;
   ColumnDirections directions_;
   FloorFitter floor_fitter_;

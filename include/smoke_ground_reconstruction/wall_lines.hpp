@@ -80,9 +80,10 @@ class LineFinder {
 
 /// How far up things can be seen.
 struct UpwardView {
-  double ceiling = 0.0;        ///< above the floor [m]; infinite where none is seen
-  double sensor_height = 0.0;  ///< [m]
-  double steepest = 0.0;       ///< tangent of the highest beam's elevation
+  double ceiling = 0.0;           ///< above the floor [m]; infinite where none is seen
+  double sensor_height = 0.0;     ///< [m]
+  double steepest = 0.0;          ///< tangent of the highest beam's elevation
+  double furniture_height = 0.0;  ///< walls are told where the view is higher [m]
 
   /// Does something of a height at a planar range reach the ceiling, or out of the view?
   bool isFull(double high, double planar) const;

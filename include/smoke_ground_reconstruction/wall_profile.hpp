@@ -27,9 +27,10 @@ class ProfileFinder {
   ///                unless it is seen.
   /// \param level_floor  per column: how far floor was measured that goes on as level as the
   ///                     room's [m].
+  /// \param max_bridge_ratio  a wall is drawn on to a corner at most so many times its seen length.
   void find(const Posts& posts, const WallSupport& support, const UpwardView& view,
             const std::vector<double>& beyond, const std::vector<double>& level_floor,
-            const ColumnDirections& directions, Profile* profile);
+            const ColumnDirections& directions, double max_bridge_ratio, Profile* profile);
 
  private:
   /// What a gap between two known columns would be bridged with.
@@ -65,6 +66,7 @@ class ProfileFinder {
     double planar;
   };
 
+  double max_bridge_ratio_ = 0.0;
   std::vector<Link> chain_;
   std::vector<double> beyond_, nearest_, outermost_, candidate_;
   std::vector<std::uint8_t> is_rest_, is_on_;

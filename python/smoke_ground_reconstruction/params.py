@@ -154,6 +154,40 @@ class PolarSegmentsParams:
 
 
 @dataclass
+class RoomBoundaryParams:
+    """Parameters of ``room_boundary``; all of them may stay as they are."""
+
+    max_floor_tilt_deg: int = 6  #: of floor and mounting together [deg]
+    max_height_deviation: float = 0.15  #: of the floor from the mounting height [m]
+    floor_tolerance: float = 0.0  #: returns so near to the plane are floor [m]; 0: automatic
+    max_slope: float = 0.16  #: rise of a ramp per metre
+    max_step_height: float = 0.2  #: of a platform over the floor [m]
+    drop_depth: float = 0.0  #: so far below the floor is a drop [m]; 0: automatic
+    smoke_gate: float = 2.0  #: weaker near returns are smoke, in strengths of the floor
+    min_wall_height: float = 0.1  #: returns so far above the floor may be wall [m]
+    furniture_height: float = 3.0  #: walls are told where the view is higher [m]
+    max_bridge_ratio: float = 1.6  #: a wall is drawn on to so many times its seen length
+    max_range: float = 50.0  #: no floor is claimed beyond [m]
+    cell_size: float = 0.1  #: measured floor wins in cells of this edge [m]
+
+    def validate(self) -> None:
+        """Raise ValueError naming the parameter, its value and what it may be."""
+        _check_whole(self, "max_floor_tilt_deg")
+        _check_within(self, "max_floor_tilt_deg", 1, 15)
+        _check_within(self, "max_height_deviation", 0.02, 0.5)
+        _check_within(self, "floor_tolerance", 0.0, 0.2)
+        _check_within(self, "max_slope", 0.02, 0.5)
+        _check_within(self, "max_step_height", 0.05, 0.5)
+        _check_within(self, "drop_depth", 0.0, 0.5)
+        _check_within(self, "smoke_gate", 0.0, 20.0)
+        _check_within(self, "min_wall_height", 0.05, 2.0)
+        _check_within(self, "furniture_height", 0.0, 12.0)
+        _check_within(self, "max_bridge_ratio", 0.0, 10.0)
+        _check_within(self, "max_range", 1.0, 50.0)
+        _check_within(self, "cell_size", 0.1, 0.5)
+
+
+@dataclass
 class _OutputParams:
     method: str = "polar_segments"
     sensor_height: float = 0.70  #: of the sensor above the floor [m]
@@ -166,13 +200,14 @@ class _OutputParams:
 
 
 @dataclass
-class ReconstructorParams(PolarSegmentsParams, _OutputParams):
-    """Parameters of the Reconstructor nodelet: the output's, then the method's."""
+class ReconstructorParams(RoomBoundaryParams, PolarSegmentsParams, _OutputParams):
+    """Parameters of the Reconstructor nodelet: the output's, then the methods'."""
 
     def validate(self) -> None:
         """Raise ValueError naming the parameter, its value and what it may be."""
         _OutputParams.validate(self)
         PolarSegmentsParams.validate(self)
+        RoomBoundaryParams.validate(self)
 
 
 @dataclass
@@ -270,6 +305,12 @@ def _check_at_least(params, name: str, limit: float) -> None:
     value = getattr(params, name)
     _require_number(name, value)
     _require(value >= limit, name, f">= {limit:g}", value)
+
+
+def _check_within(params, name: str, least: float, most: float) -> None:
+    value = getattr(params, name)
+    _require_number(name, value)
+    _require(least <= value <= most, name, f"from {least:g} to {most:g}", value)
 
 
 def _check_whole(params, name: str, limit: int = -_INT_MAX) -> None:

@@ -179,6 +179,7 @@ def compiled_params(params: Params):
         (params.segmenter, compiled.segmenter.clustering),
         (params.reconstructor, compiled.reconstructor),
         (params.reconstructor, compiled.reconstructor.polar_segments),
+        (params.reconstructor, compiled.reconstructor.room_boundary),
     )
     for source, target in groups:
         for name in vars(source):

@@ -17,6 +17,7 @@ void bindParams(py::module& m) {
       .def_readwrite("sensor_height", &ReconstructorParams::sensor_height)
       .def_readwrite("occupancy_resolution", &ReconstructorParams::occupancy_resolution)
       .def_readwrite("polar_segments", &ReconstructorParams::polar_segments)
+      .def_readwrite("room_boundary", &ReconstructorParams::room_boundary)
       .def("validate", &ReconstructorParams::validate);
   defineEnum(reconstructor, "method", &ReconstructorParams::method);
   py::class_<SegmenterParams>(m, "SegmenterParams")

@@ -15,6 +15,25 @@ Points pointsOf(const py::array& xyz) {
   return points;
 }
 
+void bindParams(py::module& m) {
+  using Params = RoomBoundaryParams;
+  py::class_<Params>(m, "RoomBoundaryParams", "Parameters of cfg/Reconstructor.cfg.")
+      .def(py::init<>())
+      .def_readwrite("max_floor_tilt_deg", &Params::max_floor_tilt_deg)
+      .def_readwrite("max_height_deviation", &Params::max_height_deviation)
+      .def_readwrite("floor_tolerance", &Params::floor_tolerance)
+      .def_readwrite("max_slope", &Params::max_slope)
+      .def_readwrite("max_step_height", &Params::max_step_height)
+      .def_readwrite("drop_depth", &Params::drop_depth)
+      .def_readwrite("smoke_gate", &Params::smoke_gate)
+      .def_readwrite("min_wall_height", &Params::min_wall_height)
+      .def_readwrite("furniture_height", &Params::furniture_height)
+      .def_readwrite("max_bridge_ratio", &Params::max_bridge_ratio)
+      .def_readwrite("max_range", &Params::max_range)
+      .def_readwrite("cell_size", &Params::cell_size)
+      .def("validate", &Params::validate);
+}
+
 void bindFloor(py::module& m) {
   py::class_<FloorModel>(m, "FloorModel", "The plane z = a x + b y + c in the level frame.")
       .def_readonly("plane", &FloorModel::plane)
@@ -60,11 +79,13 @@ void bindResult(py::module& m) {
 }  // namespace
 
 void bindRoomBoundary(py::module& m) {
+  bindParams(m);
   bindFloor(m);
   bindResult(m);
   py::class_<RoomBoundary>(m, "RoomBoundary",
                            "The room's boundary per column; keeps the last good floor plane.")
-      .def(py::init<>())
+      .def(py::init<const RoomBoundaryParams&>(), py::arg("params") = RoomBoundaryParams())
+      .def("set_params", &RoomBoundary::setParams, py::arg("params"), "From the next scan on.")
       .def(
           "reconstruct",
           [](RoomBoundary& self, const py::array& xyz, const py::array& intensity,

@@ -8,8 +8,7 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kDepth = 0.04;         // a return so far below the floor is none of it [m]
-constexpr double kDepthSlope = 0.015;   // and per metre
+constexpr double kDepthSlope = 0.015;   // a return so much deeper per metre is none of the floor
 constexpr std::size_t kNeighbors = 2;   // columns to either side that share what they see
 constexpr std::size_t kWidestGap = 12;  // columns between two that see a drop and then see it too
 constexpr std::size_t kFloorAgain = 3;  // measured returns of floor beyond a drop
@@ -64,12 +63,13 @@ ColumnRanges::Beyond ColumnRanges::beyond(std::size_t column, double distance) c
 
 void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
                          const std::vector<Direction>& middle,
-                         const std::vector<std::array<double, 2>>& walls, DropOffs* drops) {
+                         const std::vector<std::array<double, 2>>& walls, DropOffs* drops,
+                         double depth) {
   const std::size_t columns = middle.size();
   drops->begin.assign(columns, kInfinity);
   drops->end.assign(columns, kInfinity);
   drops->floor_to.assign(columns, 0.0);
-  collect(returns, sensor_height, columns);
+  collect(returns, sensor_height, columns, depth);
   if (crossings_.isEmpty()) return;
   findWitnessed();
   joinNeighbors();
@@ -83,13 +83,13 @@ void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
 
 /// Sorts measured floor, and where beams crossed the floor's plane, by column.
 void DropOffFinder::collect(const DropOffReturns& returns, double sensor_height,
-                            std::size_t columns) {
+                            std::size_t columns, double depth) {
   floor_.clear(columns);
   crossings_.clear(columns);
   for (std::size_t i = 0; i < returns.column.size(); ++i) {
     const double planar = returns.planar[i], height = returns.height[i];
     if (returns.is_floor[i] != 0) floor_.add(returns.column[i], planar);
-    if (!(height < -(kDepth + kDepthSlope * planar))) continue;
+    if (!(height < -(depth + kDepthSlope * planar))) continue;
     crossings_.add(returns.column[i], planar * (sensor_height / (sensor_height - height)));
   }
   if (crossings_.isEmpty()) return;

@@ -9,8 +9,7 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr int kAcross = 1024;
-constexpr double kLevelCell = 0.2;      // [m]
-constexpr double kLevelHeight = 0.012;  // floor elsewhere must go on so level [m]
+constexpr double kLevelCell = 0.2;  // [m]
 constexpr std::uint16_t kLevelPoints = 3;
 constexpr std::uint16_t kMostPoints = 60000;
 
@@ -26,9 +25,12 @@ std::uint32_t CellGrid::cellOf(double x, double y) const {
   return static_cast<std::uint32_t>(column * kAcross + row);
 }
 
-CellSet::CellSet(double size) : grid_(size), bits_(CellGrid::kCells / 64, 0) {}
+CellSet::CellSet() : grid_(1.0), bits_(CellGrid::kCells / 64, 0) {}
 
-void CellSet::clear() { std::fill(bits_.begin(), bits_.end(), 0); }
+void CellSet::clear(double size) {
+  grid_ = CellGrid(size);
+  std::fill(bits_.begin(), bits_.end(), 0);
+}
 
 void CellSet::insert(double x, double y) {
   const std::uint32_t cell = grid_.cellOf(x, y);
@@ -42,7 +44,8 @@ bool CellSet::contains(double x, double y) const {
 
 LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts{0, 0, 0}) {}
 
-void LevelCells::clear() {
+void LevelCells::clear(double tolerance) {
+  tolerance_ = tolerance;
   for (const std::uint32_t cell : touched_) counts_[cell] = {0, 0, 0};
   touched_.clear();
 }
@@ -54,8 +57,8 @@ void LevelCells::add(double x, double y, double height) {
   if (counts.all == 0) touched_.push_back(cell);
   if (counts.all >= kMostPoints) return;
   ++counts.all;
-  if (height < kLevelHeight) ++counts.below_top;
-  if (height <= -kLevelHeight) ++counts.below_bottom;
+  if (height < tolerance_) ++counts.below_top;
+  if (height <= -tolerance_) ++counts.below_bottom;
 }
 
 bool LevelCells::isLevel(double x, double y) const {

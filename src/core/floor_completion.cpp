@@ -10,8 +10,7 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kAtWall = 0.008;    // the claimed floor ends this far before the wall [m]
-constexpr double kCell = 0.1;        // measured floor wins in cells of this size [m]
-constexpr double kFill = 0.06;       // claimed floor between the rings is drawn this densely [m]
+constexpr double kFill = 0.6;        // claimed floor between rings is drawn so densely, in cells
 constexpr double kColumn = 0.00698;  // width of a column at 1 m [m]
 constexpr double kFlattest = -1e-3;  // beams that fall by less against the floor never meet it
 
@@ -22,10 +21,10 @@ std::array<float, 3> toLevel(const Matrix3& level_from_upright, float x, float y
 
 /// Planar range from which on a column is filled [m]: every 16th from the first step on, those
 /// between them from where their neighbours are farther apart than a step.
-double fillBegin(std::size_t column) {
+double fillBegin(std::size_t column, double spacing) {
   int step = 16;
   while (column % static_cast<std::size_t>(step) != 0) step /= 2;
-  return step == 16 ? kFill : kFill / (2 * step * kColumn);
+  return step == 16 ? spacing : spacing / (2 * step * kColumn);
 }
 
 }  // namespace
@@ -38,7 +37,7 @@ void DrawnFloor::clear() {
 }
 
 FloorCompletion::FloorCompletion(const AzimuthBins& bins, const ColumnDirections& directions)
-    : bins_(bins), directions_(directions), measured_cells_(kCell) {}
+    : bins_(bins), directions_(directions) {}
 
 const FloorClaim& FloorCompletion::claim(const Room& room) {
   const std::size_t columns = directions_.count();
@@ -77,7 +76,7 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
   }
   farthest_.find(1, &beyond_);
   for (std::size_t c = 0; c < columns; ++c) {
-    limit[c] = std::min(std::max(limit[c], beyond_[c]), Room::kFarthest);
+    limit[c] = std::min(std::max(limit[c], beyond_[c]), room.params().max_range);
   }
   return claim_;
 }
@@ -85,7 +84,7 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
 const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
                                         const Mounting& mounting) {
   drawn_.clear();
-  measured_cells_.clear();
+  measured_cells_.clear(room->params().cell_size);
   const Points& points = room->points();
   for (const std::uint32_t i : claim_.measured) measured_cells_.insert(points.x[i], points.y[i]);
   drawBeams(*room, sensor, mounting);
@@ -131,14 +130,15 @@ void FloorCompletion::drawBeams(const Room& room, const SensorModel& sensor,
 /// Floor between the rings and up to the boundary. Columns are left out near the sensor, where they
 /// lie closer than need be.
 void FloorCompletion::drawFill(const Room& room) {
+  const double spacing = kFill * room.params().cell_size;
   for (std::size_t c = 0; c < directions_.count(); ++c) {
     const double limit = claim_.limit[c];
     if (!(limit > 0.0)) continue;
-    const double begin = fillBegin(c);
-    const double steps = std::max(0.0, std::ceil((limit - begin) / kFill));
+    const double begin = fillBegin(c, spacing);
+    const double steps = std::max(0.0, std::ceil((limit - begin) / spacing));
     const auto count = static_cast<std::size_t>(steps);
     for (std::size_t k = 0; k <= count; ++k) {
-      const double step = begin + static_cast<double>(k) * kFill;
+      const double step = begin + static_cast<double>(k) * spacing;
       const double planar = k < count ? std::min(step, limit) : limit;
       const double x = planar * directions_.middle[c].cosine;
       const double y = planar * directions_.middle[c].sine;

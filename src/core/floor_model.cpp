@@ -9,16 +9,13 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-constexpr double kBound = 0.15;          // the floor lies this near to the mounting height [m]
-constexpr int kSteepest = 6;             // ... and is no steeper, floor and mounting together [deg]
-constexpr double kSteepestRise = 0.105;  // tangent of that
-constexpr double kNearest = 0.3;         // planar range of the returns that vote [m]
+constexpr double kNearest = 0.3;  // planar range of the returns that vote [m]
 constexpr double kFarthest = 15.0;
 constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
 constexpr std::size_t kFitted = 8000;     // and in the fit
 constexpr double kSlotsPerMetre = 100.0;  // of heights that are voted for
-constexpr int kSlots = 30;
-constexpr double kCell = 0.1;  // each cell of the floor has about one vote [m]
+constexpr std::size_t kMostSlots = 100;   // 0.5 m to either side
+constexpr double kCell = 0.1;             // each cell of the floor has about one vote [m]
 constexpr int kCellsAcross = 302, kMiddleCell = 151;
 constexpr double kPriorSlope = 0.0524;  // one sigma of the prior: 3 deg
 constexpr double kPriorHeight = 0.05;
@@ -103,7 +100,9 @@ double FloorModel::sigma(double x, double y) const {
   return std::sqrt(plane_part + uneven * uneven);
 }
 
-FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const FloorModel* before) {
+FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const FloorModel* before,
+                            const RoomBoundaryParams& params) {
+  params_ = params;
   collectLow(returns, sensor_height);
   FloorModel found;
   if (static_cast<double>(count_) >= kFewest &&
@@ -115,7 +114,9 @@ FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const F
 
 void FloorFitter::collectLow(const Points& returns, double sensor_height) {
   for (auto* values : {&x_, &y_, &z_}) values->clear();
-  const double highest_reach = kBound + kSteepestRise * kFarthest;
+  const double bound = params_.max_height_deviation;
+  const double steepest = slopeOf(params_.max_floor_tilt_deg);
+  const double highest_reach = bound + steepest * kFarthest;
   for (std::size_t i = 0; i < returns.size(); ++i) {
     const double z = returns.z[i];
     const double off = std::fabs(z + sensor_height);
@@ -123,7 +124,7 @@ void FloorFitter::collectLow(const Points& returns, double sensor_height) {
     const double x = returns.x[i];
     const double y = returns.y[i];
     const double planar = std::sqrt(x * x + y * y);
-    if (!(off < kBound + kSteepestRise * planar && planar > kNearest && planar < kFarthest)) {
+    if (!(off < bound + steepest * planar && planar > kNearest && planar < kFarthest)) {
       continue;
     }
     x_.push_back(x);
@@ -139,23 +140,24 @@ FloorFitter::Plane FloorFitter::coarse(double sensor_height) {
   weighVotes(stride);
   over_lowest_.clear();
   for (std::size_t i = 0; i < count_; i += stride) {
-    over_lowest_.push_back((z_[i] + sensor_height) + kBound);
+    over_lowest_.push_back((z_[i] + sensor_height) + params_.max_height_deviation);
   }
   turned_.resize(vote_.size());
   slot_.resize(vote_.size());
   double best = -1.0;
   Plane plane{};
-  for (int along_x = -kSteepest; along_x <= kSteepest; ++along_x) {
+  const int steepest = params_.max_floor_tilt_deg;
+  for (int along_x = -steepest; along_x <= steepest; ++along_x) {
     const double a = slopeOf(along_x);
     for (std::size_t i = 0; i < vote_.size(); ++i) turned_[i] = over_lowest_[i] - a * vote_x_[i];
-    for (int along_y = -kSteepest; along_y <= kSteepest; ++along_y) {
+    for (int along_y = -steepest; along_y <= steepest; ++along_y) {
       const double b = slopeOf(along_y);
       double slot = 0.0;
       const double most =
           strongest(b, &slot) * (1.0 - 0.002 * (std::abs(along_x) + std::abs(along_y)));
       if (most <= best) continue;
       best = most;
-      plane = {a, b, -sensor_height - kBound + (slot + 0.5) / kSlotsPerMetre};
+      plane = {a, b, -sensor_height - params_.max_height_deviation + (slot + 0.5) / kSlotsPerMetre};
     }
   }
   return plane;
@@ -182,16 +184,18 @@ void FloorFitter::weighVotes(std::size_t stride) {
 
 /// The most votes that three slots side by side have under a tilt, and the middle one.
 double FloorFitter::strongest(double b, double* slot) {
-  constexpr std::uint8_t kNowhere = kSlots + 2;
+  const auto slots =
+      static_cast<std::size_t>(2.0 * params_.max_height_deviation * kSlotsPerMetre + 0.5);
+  const auto nowhere = static_cast<std::uint8_t>(slots + 2);
   for (std::size_t i = 0; i < slot_.size(); ++i) {
     const double at = (turned_[i] - b * vote_y_[i]) * kSlotsPerMetre;
-    const bool is_inside = at >= 0.0 && at < kSlots;
-    slot_[i] = static_cast<std::uint8_t>(is_inside ? static_cast<int>(at) + 1 : kNowhere);
+    const bool is_inside = at >= 0.0 && at < static_cast<double>(slots);
+    slot_[i] = is_inside ? static_cast<std::uint8_t>(static_cast<int>(at) + 1) : nowhere;
   }
-  std::array<double, kSlots + 3> votes{};
+  std::array<double, kMostSlots + 3> votes{};
   for (std::size_t i = 0; i < slot_.size(); ++i) votes[slot_[i]] += vote_[i];
   double most = -1.0;
-  for (std::size_t s = 0; s < kSlots; ++s) {
+  for (std::size_t s = 0; s < slots; ++s) {
     const double around = (votes[s] + votes[s + 1]) + votes[s + 2];
     if (around <= most) continue;
     most = around;
@@ -224,8 +228,10 @@ bool FloorFitter::refine(Plane plane, double sensor_height, FloorModel* found) {
   found->covariance = step.covariance;
   found->source = FloorSource::kMeasured;
   found->height_error = -plane.c - sensor_height;
-  return found->weight >= kFewest && width(found->weight) >= kNarrowest &&
-         std::fabs(found->height_error) <= kBound;
+  const double steepest = slopeOf(params_.max_floor_tilt_deg + 1);  // a step of the search more
+  return plane.a * plane.a + plane.b * plane.b <= steepest * steepest && found->weight >= kFewest &&
+         width(found->weight) >= kNarrowest &&
+         std::fabs(found->height_error) <= params_.max_height_deviation;
 }
 
 /// Leaves only what lies near to a plane, padded to whole lanes by what no weight falls on.

@@ -16,11 +16,9 @@ constexpr double kNearest = 0.5;      // planar range [m]
 constexpr std::uint32_t kPoints = 4;  // of a cell
 constexpr double kSpread = 0.04;      // between 10th and 90th percentile of a cell's heights [m]
 constexpr double kOnPlane = 0.03;
-constexpr double kSlope = 0.16;   // between neighbouring cells: rise per metre,
-constexpr double kSlack = 0.015;  // ... and [m]
+constexpr double kSlack = 0.015;  // of the rise between neighbouring cells [m]
 constexpr double kNear = 0.45;    // returns on floor drawn on lie so near to measured floor [m]
 constexpr int kHop = 2;           // cells without returns between two rings
-constexpr double kPlatformHeight = 0.2;
 constexpr std::size_t kPlatformCells = 25;
 constexpr std::size_t kFewestCells = 10;  // less relief is clutter
 constexpr double kFlatness = 0.004;       // a floor without relief strays so far per metre [m]
@@ -118,7 +116,8 @@ void FloorRelief::setFlat() {
   highest_ = 0.0;
 }
 
-void FloorRelief::find(const ReliefReturns& returns) {
+void FloorRelief::find(const ReliefReturns& returns, const RoomBoundaryParams& params) {
+  params_ = params;
   setFlat();
   grid_.fill(returns);
   has_step_ = findStep();
@@ -168,6 +167,7 @@ void FloorRelief::findFloor() {
 
 /// Adds the cells that a chain of neighbours leads to, each step judged by its rise and length.
 void FloorRelief::reach(Indices* queue, std::vector<std::uint8_t>* found, bool climbs) {
+  const double rise = params_.max_slope * ReliefGrid::kCell;
   for (std::size_t next = 0; next < queue->size(); ++next) {
     const std::uint32_t from = (*queue)[next];
     const int column = static_cast<int>(from) % kSide, row = static_cast<int>(from) / kSide;
@@ -176,10 +176,10 @@ void FloorRelief::reach(Indices* queue, std::vector<std::uint8_t>* found, bool c
         const auto to = static_cast<std::uint32_t>(y * kSide + x);
         if ((*found)[to] != 0 || may_join_[to] == 0) continue;
         const int away = std::max(std::abs(x - column), std::abs(y - row));
-        const double steepest = climbs ? kSlope * ReliefGrid::kCell * away + kSlack : kSlack;
-        const double rise = static_cast<double>(grid_.cells[to].median) -
+        const double steepest = climbs ? rise * away + kSlack : kSlack;
+        const double step = static_cast<double>(grid_.cells[to].median) -
                             static_cast<double>(grid_.cells[from].median);
-        if (!(std::fabs(rise) < steepest)) continue;
+        if (!(std::fabs(step) < steepest)) continue;
         (*found)[to] = 1;
         queue->push_back(to);
       }
@@ -191,8 +191,9 @@ void FloorRelief::reach(Indices* queue, std::vector<std::uint8_t>* found, bool c
 void FloorRelief::addPlatforms() {
   left_.clear();
   for (std::uint32_t c = 0; c < ReliefGrid::kCells; ++c) {
-    const bool is_left = may_join_[c] != 0 && is_floor_[c] == 0 &&
-                         std::fabs(static_cast<double>(grid_.cells[c].median)) <= kPlatformHeight;
+    const bool is_left =
+        may_join_[c] != 0 && is_floor_[c] == 0 &&
+        std::fabs(static_cast<double>(grid_.cells[c].median)) <= params_.max_step_height;
     may_join_[c] = is_left ? 1 : 0;
     if (is_left) left_.push_back(c);
   }

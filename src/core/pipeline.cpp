@@ -33,6 +33,7 @@ void ReconstructorParams::validate() const {
   require(sensor_height > 0.0, "sensor_height", "> 0", sensor_height);
   require(occupancy_resolution >= 0.01, "occupancy_resolution", ">= 0.01", occupancy_resolution);
   polar_segments.validate();
+  room_boundary.validate();
 }
 
 Pipeline::Pipeline(const PipelineParams& params, const Engines& engines)
@@ -40,7 +41,8 @@ Pipeline::Pipeline(const PipelineParams& params, const Engines& engines)
       denoiser_(params.denoiser, engines.kdtree_counter),
       segmentation_(params.segmenter.segmentation),
       clustering_(params.segmenter.clustering, engines.kdtree_clustering),
-      polar_segments_(params.reconstructor.polar_segments) {
+      polar_segments_(params.reconstructor.polar_segments),
+      room_boundary_(params.reconstructor.room_boundary) {
   params_.reconstructor.validate();
 }
 

@@ -16,19 +16,19 @@ constexpr std::size_t kMostFacets = 6;
 constexpr std::size_t kSeeds = 48;  // cells around which facets are sought
 constexpr double kAround = 0.5;     // half the window around a seed [m]
 constexpr std::uint32_t kMostWeight = 25;
-constexpr double kPrior = 0.0025;  // keeps slopes from what too short a piece cannot tell [m^2]
-constexpr double kLevel = 0.03;    // facets less steep are level
-constexpr double kSteepest = 0.25;
+constexpr double kPrior = 0.0025;      // keeps slopes from what too short a piece cannot tell [m^2]
+constexpr double kLevel = 0.03;        // facets less steep are level
+constexpr double kSteeper = 1.5625;    // a facet may be so many times as steep as the way onto it
 constexpr double kBend = 0.03;         // facets whose slopes differ by less do not cross
 constexpr double kShare = 0.85;        // of the cells lie on their own side of a crease,
 constexpr double kCreaseSlack = 0.15;  // or no farther than this beyond it [m]
 
 constexpr double kRiserLowest = 0.03;  // heights of what may be a riser [m]
-constexpr double kRiserHighest = 0.22;
+constexpr double kRiserOver = 0.02;    // ... up to so much over the highest step
 constexpr double kRiserExtent = 0.06;  // between lowest and highest return of a riser's cell [m]
-constexpr double kStepTop = 0.25;      // nothing stands higher in a cell of a riser [m]
-constexpr int kAngles = 180;           // 1 deg apart
-constexpr double kRhoStep = 0.04;      // [m]
+constexpr double kStepTop = 0.05;  // nothing in a riser's cell is higher, over the highest step [m]
+constexpr int kAngles = 180;       // 1 deg apart
+constexpr double kRhoStep = 0.04;  // [m]
 constexpr int kSlots = 500;
 constexpr double kLineHalf = 0.03;  // returns of a riser lie so near to its line [m]
 constexpr std::size_t kLineCells = 8;
@@ -60,13 +60,13 @@ bool FloorRelief::findStep() {
 /// Returns that may be a riser's.
 void FloorRelief::collectRisers() {
   riser_.clear();
+  const double highest = params_.max_step_height;
   for (std::uint32_t i = 0; i < grid_.returns.size(); ++i) {
     const auto& one = grid_.returns[i];
-    if (!(one.height > kRiserLowest) || !(one.height < kRiserHighest)) continue;
-    const auto& cell = grid_.cells[one.cell];
-    if (cell.top<kStepTop&& static_cast<double>(cell.top) - static_cast<double>(cell.bottom)>
-            kRiserExtent)
-      riser_.push_back(i);
+    if (!(one.height > kRiserLowest) || !(one.height < highest + kRiserOver)) continue;
+    const double top = grid_.cells[one.cell].top;
+    const double bottom = grid_.cells[one.cell].bottom;
+    if (top < highest + kStepTop && top - bottom > kRiserExtent) riser_.push_back(i);
   }
 }
 
@@ -215,6 +215,7 @@ std::size_t FloorRelief::countOn(const Indices& cells, const ReliefFacet& facet)
 
 /// The plane that most cells lie on, fitted to them.
 ReliefFacet FloorRelief::strongest(const Indices& left) {
+  const double steepest = kSteeper * params_.max_slope;
   ReliefFacet best;
   std::size_t count = 0;
   for (std::size_t s = 0; s < left.size(); s += std::max<std::size_t>(1, left.size() / kSeeds)) {
@@ -229,7 +230,7 @@ ReliefFacet FloorRelief::strongest(const Indices& left) {
     for (const ReliefFacet& facet : {ReliefFacet{0.0, 0.0, seed.mean_height}, fitted(on_)}) {
       const std::size_t found = countOn(left, facet);
       const double square = facet.a * facet.a + facet.b * facet.b;
-      if (found <= count || !(square < kSteepest * kSteepest)) continue;
+      if (found <= count || !(square < steepest * steepest)) continue;
       best = facet;
       count = found;
     }

@@ -12,17 +12,17 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kOnFloor = 0.03;            // a return so near to the plane may be floor [m]
-constexpr double kLevelBand = 5 * kOnFloor;  // heights that tell how level the floor is [m]
-constexpr double kLowestWall = 0.1;          // and one so far above it may be wall [m]
-constexpr float kNearFloor = 0.15F;          // heights that relief and level cells look at [m]
-constexpr float kNearFloorTop = 0.8F;
-constexpr float kDeep = -0.04F;       // what lies higher tells of no drop [m]
-constexpr double kNearestWall = 0.2;  // planar range [m]
+constexpr double kOnFloor = 0.03;  // a return so near to the plane may be floor [m]
+constexpr double kOnFloorMost = 0.06;
+constexpr double kUnevenness = 3.0;  // or within so many sigma of the floor's own height
+constexpr double kLevelShare = 0.4;  // floor behind an opening must go on as level as this of it
+constexpr double kLevelBand = 5.0;   // and tells so by heights up to so many times of it
+constexpr double kDrop = 0.01;       // what lies so much lower than floor can, tells of a drop [m]
+constexpr double kReliefLowest = 0.15, kReliefHighest = 0.8;  // heights that relief looks at [m]
+constexpr double kNearestWall = 0.2;                          // planar range [m]
 constexpr double kBelowCeiling = 0.05;
 constexpr double kWallFoot = 0.05;     // returns so near to a wall's line may be its foot [m]
 constexpr double kSoftRange = 1.5;     // smoke's own returns come from nearer [m]
-constexpr double kSoftFactor = 2.0;    // and are at most so many times as strong as the floor's
 constexpr double kFloorRange = 2.5;    // at that range [m]
 constexpr double kPlumb = 0.99998629;  // floors tilted by less than 0.3 deg are taken as level
 constexpr int kSlopeSlots = 2048;
@@ -58,12 +58,16 @@ void FarthestReturns::find(std::size_t beside, std::vector<double>* farthest) co
 Room::Room(const AzimuthBins& bins) : bins_(bins) {}
 
 void Room::look(const Points& level, const std::vector<float>& intensity, const FloorModel& floor,
-                const std::array<double, 9>& rotation) {
+                const std::array<double, 9>& rotation, const RoomBoundaryParams& params) {
+  params_ = params;
+  tolerance_ = params.floor_tolerance > 0.0 ? params.floor_tolerance : floorTolerance(floor);
+  drop_depth_ = params.drop_depth > 0.0 ? params.drop_depth : tolerance_ + kDrop;
   rotation_ = rotation;
   plane_ = rotatedPlane(floor.plane, rotation);
   takeIn(level);
   pickByHeight();
-  view_ = {ceiling_finder_.find(returns_, above_, bins_.count()), -plane_[2], 0.0};
+  view_ = {ceiling_finder_.find(returns_, above_, bins_.count()), -plane_[2], 0.0,
+           params.furniture_height};
   sortOut(intensity);
   wall_returns_.take(returns_, maybe_wall_, bins_.count());
   post_finder_.find(wall_returns_, &posts_);
@@ -95,15 +99,16 @@ void Room::pickByHeight() {
   flags_.assign(n, 0);
   for (auto* chosen : {&low_, &deep_, &near_, &above_}) chosen->resize(n);
   std::size_t low = 0, deep = 0, near = 0, above = 0;
+  const double band = kLevelBand * tolerance_;
+  const double lowest = -std::max(kReliefLowest, band), highest = std::max(kReliefHighest, band);
   for (std::uint32_t i = 0; i < n; ++i) {
-    const float height = returns_.height[i];
-    const double high = height;
-    const bool is_low = (std::fabs(high) < kOnFloor) & (returns_.planar[i] < kFarthest);
+    const double height = returns_.height[i];
+    const bool is_low = (std::fabs(height) < tolerance_) & (returns_.planar[i] < params_.max_range);
     low_[low] = deep_[deep] = near_[near] = above_[above] = i;
     low += is_low ? 1U : 0U;
-    deep += height < kDeep ? 1U : 0U;
-    near += (height > -kNearFloor) & (height < kNearFloorTop) ? 1U : 0U;
-    above += high > kLowestWall ? 1U : 0U;
+    deep += height < -drop_depth_ ? 1U : 0U;
+    near += (height > lowest) & (height < highest) ? 1U : 0U;
+    above += height > params_.min_wall_height ? 1U : 0U;
   }
   low_.resize(low);
   deep_.resize(deep);
@@ -124,7 +129,7 @@ double Room::softGate(const std::vector<float>& intensity) const {
     const double z = points().z[i];
     strength.add(intensity[i] * ((x * x + y * y) + z * z));
   }
-  return kSoftFactor * (strength.value() / static_cast<double>(strength.count()));
+  return params_.smoke_gate * (strength.value() / static_cast<double>(strength.count()));
 }
 
 /// Soft returns of smoke near the sensor, and what can be ceiling or wall.
@@ -140,7 +145,7 @@ void Room::sortOut(const std::vector<float>& intensity) {
     const double z = points().z[i];
     const double square = (x * x + y * y) + z * z;
     const bool is_soft = (square < kSoftRange * kSoftRange) & (intensity[i] * square < gate);
-    flags_[i] = is_soft ? kSoft : 0;
+    if (is_soft) flags_[i] |= kSoft;
     const double height = returns_.height[i];
     const float planar = returns_.planar[i];
     const bool is_within = (planar > kNearestWall) & (planar < kFarthestWall);
@@ -181,7 +186,8 @@ void Room::findWalls(const ColumnDirections& directions) {
   support_.find(wall_returns_, lines_, directions, view_);
   markFeetOfWalls(directions);
   findSeen();
-  profile_finder_.find(posts_, support_, view_, beyond_, level_floor_, directions, &profile_);
+  profile_finder_.find(posts_, support_, view_, beyond_, level_floor_, directions,
+                       params_.max_bridge_ratio, &profile_);
   findOnWalls(directions);
   findDrops(directions);
   const bool drops = std::any_of(drops_.begin.begin(), drops_.begin.end(),
@@ -211,7 +217,7 @@ void Room::findRelief() {
        {&relief_returns_.x, &relief_returns_.y, &relief_returns_.height, &relief_returns_.planar}) {
     values->resize(hard);
   }
-  relief_.find(relief_returns_);
+  relief_.find(relief_returns_, params_);
   if (!relief_.isFlat()) addCarried();
 }
 
@@ -219,7 +225,7 @@ void Room::findRelief() {
 void Room::addCarried() {
   const Points& at = points();
   for (const std::uint32_t i : near_) {
-    if (isSoft(i) || !(returns_.planar[i] < kFarthest)) continue;
+    if (isSoft(i) || !(returns_.planar[i] < params_.max_range)) continue;
     if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= kLow;
   }
   low_.clear();
@@ -256,10 +262,11 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
 /// How far floor and ceiling are measured.
 void Room::findSeen() {
   const Points& at = points();
-  level_cells_.clear();
+  level_cells_.clear(kLevelShare * tolerance_);
+  const double band = kLevelBand * tolerance_;
   for (const std::uint32_t i : near_) {
     const double height = returns_.height[i];
-    if (!(std::fabs(height) < kLevelBand) || !(returns_.planar[i] < kFarthest)) continue;
+    if (!(std::fabs(height) < band) || !(returns_.planar[i] < params_.max_range)) continue;
     level_cells_.add(at.x[i], at.y[i], height);
   }
   const auto is_floor = [&](std::size_t i) { return (flags_[i] & kAtWall) == 0; };
@@ -303,7 +310,8 @@ void Room::findDrops(const ColumnDirections& directions) {
     if ((flags_[i] & kLow) == 0) addDropReturn(i, false);
   }
   findWallNormals();
-  drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, &drops_);
+  drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, &drops_,
+                    drop_depth_);
 }
 
 /// Adds what lies within the boundary.
@@ -365,6 +373,10 @@ Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstim
     wall_light_.push(line, range, intensity[i], cosine);
   }
   return estimator->estimate(wall_light_);
+}
+
+double floorTolerance(const FloorModel& floor) {
+  return std::min(std::max(kOnFloor, kUnevenness * floor.uneven), kOnFloorMost);
 }
 
 std::optional<std::array<double, 9>> levellingRotation(const std::array<double, 3>& plane) {

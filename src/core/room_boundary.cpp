@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/room_boundary.hpp"
 
 #include "point_loops.hpp"
+#include "validation.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -10,16 +11,42 @@ constexpr double kColumnDeg = 0.4;
 
 }  // namespace
 
-RoomBoundary::RoomBoundary()
-    : bins_(kColumnDeg),
+void RoomBoundaryParams::validate() const {
+  require(max_floor_tilt_deg >= 1 && max_floor_tilt_deg <= 15, "max_floor_tilt_deg", "from 1 to 15",
+          max_floor_tilt_deg);
+  require(max_height_deviation >= 0.02 && max_height_deviation <= 0.5, "max_height_deviation",
+          "from 0.02 to 0.5", max_height_deviation);
+  require(floor_tolerance >= 0.0 && floor_tolerance <= 0.2, "floor_tolerance", "from 0 to 0.2",
+          floor_tolerance);
+  require(max_slope >= 0.02 && max_slope <= 0.5, "max_slope", "from 0.02 to 0.5", max_slope);
+  require(max_step_height >= 0.05 && max_step_height <= 0.5, "max_step_height", "from 0.05 to 0.5",
+          max_step_height);
+  require(drop_depth >= 0.0 && drop_depth <= 0.5, "drop_depth", "from 0 to 0.5", drop_depth);
+  require(smoke_gate >= 0.0 && smoke_gate <= 20.0, "smoke_gate", "from 0 to 20", smoke_gate);
+  require(min_wall_height >= 0.05 && min_wall_height <= 2.0, "min_wall_height", "from 0.05 to 2",
+          min_wall_height);
+  require(furniture_height >= 0.0 && furniture_height <= 12.0, "furniture_height", "from 0 to 12",
+          furniture_height);
+  require(max_bridge_ratio >= 0.0 && max_bridge_ratio <= 10.0, "max_bridge_ratio", "from 0 to 10",
+          max_bridge_ratio);
+  require(max_range >= 1.0 && max_range <= 50.0, "max_range", "from 1 to 50", max_range);
+  require(cell_size >= 0.1 && cell_size <= 0.5, "cell_size", "from 0.1 to 0.5", cell_size);
+}
+
+RoomBoundary::RoomBoundary(const RoomBoundaryParams& params)
+    : params_(validated(params)),
+      bins_(kColumnDeg),
       directions_(bins_.count()),
       rooms_{Room(bins_), Room(bins_)},
       completion_(bins_, directions_) {}
 
+void RoomBoundary::setParams(const RoomBoundaryParams& params) { params_ = validated(params); }
+
 void RoomBoundary::reconstruct(const ScanView& scan, const SensorModel& sensor,
                                const Mounting& mounting, RoomBoundaryResult* result) {
   takeIn(scan, mounting);
-  result->floor = floor_fitter_.fit(level_, mounting.sensor_height, floor_ ? &*floor_ : nullptr);
+  result->floor =
+      floor_fitter_.fit(level_, mounting.sensor_height, floor_ ? &*floor_ : nullptr, params_);
   if (result->floor.source == FloorSource::kMeasured) floor_ = result->floor;
   Room& room = look(result->floor);
   const FloorClaim& claim = completion_.claim(room);
@@ -57,9 +84,9 @@ void RoomBoundary::takeIn(const ScanView& scan, const Mounting& mounting) {
 /// The room in whichever frame stands its walls upright: the level one or the floor's.
 Room& RoomBoundary::look(const FloorModel& floor) {
   constexpr std::array<double, 9> kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  rooms_[0].look(level_, intensity_, floor, kLevel);
+  rooms_[0].look(level_, intensity_, floor, kLevel, params_);
   const auto levelling = levellingRotation(floor.plane);
-  if (levelling) rooms_[1].look(level_, intensity_, floor, *levelling);
+  if (levelling) rooms_[1].look(level_, intensity_, floor, *levelling, params_);
   const bool is_second = levelling && rooms_[1].postReturns() > rooms_[0].postReturns();
   Room& room = rooms_[is_second ? 1 : 0];
   room.findWalls(directions_);

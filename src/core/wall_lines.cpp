@@ -11,7 +11,6 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kHighestFurniture = 3.0;  // [m]
 constexpr double kSlotsPerMetre = 25.0;
 constexpr std::uint32_t kMostWeight = 12;  // of a post
 constexpr std::array<double, 4> kHalves = {0.08, 0.05, kLineHalf, kLineHalf};
@@ -218,7 +217,7 @@ bool UpwardView::isFull(double high, double planar) const {
 }
 
 bool UpwardView::tells(double planar) const {
-  return sensor_height + steepest * planar > std::min(ceiling, kHighestFurniture);
+  return sensor_height + steepest * planar > std::min(ceiling, furniture_height);
 }
 
 void ColumnRuns::find(const std::uint8_t* is_in, std::size_t columns) {

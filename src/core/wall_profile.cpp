@@ -16,9 +16,8 @@ constexpr double kTorn = 0.1;             // in this share of its columns
 constexpr double kWidestGap = 0.25;       // that is bridged along one wall, of the circle
 constexpr double kMeeting = 0.05;         // [m]
 constexpr double kChainStep = 0.04;       // from post to post of a chain [m]
-constexpr double kChainSlope = 0.012;  // ... and per metre of range: a wall at 60 deg to the beam
-constexpr double kExtension = 1.6;  // a wall is drawn on to a corner so many times its seen length
-constexpr double kLong = 0.8;       // a wall so long is bridged though its top is not seen [m]
+constexpr double kChainSlope = 0.012;    // ... and per metre of range: a wall at 60 deg to the beam
+constexpr double kLong = 0.8;            // a wall so long is bridged though its top is not seen [m]
 constexpr double kFarthestCorner = 1.6;  // times the farther place where its walls were seen last
 
 /// How many of the three columns to either side go on at about a column's distance.
@@ -64,7 +63,9 @@ std::size_t endOf(const std::vector<std::int32_t>& line, std::size_t at, std::si
 
 void ProfileFinder::find(const Posts& posts, const WallSupport& support, const UpwardView& view,
                          const std::vector<double>& beyond, const std::vector<double>& level_floor,
-                         const ColumnDirections& directions, Profile* profile) {
+                         const ColumnDirections& directions, double max_bridge_ratio,
+                         Profile* profile) {
+  max_bridge_ratio_ = max_bridge_ratio;
   const std::size_t columns = directions.count();
   profile->distance.assign(columns, 0.0);
   profile->kind.assign(columns, BoundaryKind::kLimitOfKnowledge);
@@ -335,7 +336,7 @@ bool ProfileFinder::isCorner(const Bridge& bridge, const ColumnDirections& direc
   const auto first_of_after = std::find_if_not(gap_.begin(), gap_.end(), is_on_first);
   const auto extends = [&](const double* reach, std::size_t at, std::size_t step, std::size_t far) {
     const double seen = chord(reach, at, endOf(profile.line, at, step), directions);
-    return chord(reach, at, far, directions) <= kExtension * seen;
+    return chord(reach, at, far, directions) <= max_bridge_ratio_ * seen;
   };
   const std::size_t backward = profile.columns() - 1;
   return (last_of_first == gap_.rend() || extends(a, bridge.first, backward, *last_of_first)) &&

@@ -116,7 +116,9 @@ class ReconstructorNodelet : public LazyNodelet {
     const SensorModel& sensor = sensors_->observe(raw.header.frame_id, cloud.scan());
     timing.finish("organise", cloud.size(), cloud.size());
 
-    rooms_[raw.header.frame_id].reconstruct(cloud.scan(), sensor, mounting, &room_);
+    RoomBoundary& method = rooms_[raw.header.frame_id];
+    method.setParams(params->room_boundary);
+    method.reconstruct(cloud.scan(), sensor, mounting, &room_);
     timing.finish("reconstruct", cloud.size(), room_.surface.size());
     timing.told(room_.visibility);
     tellOfRoom(mounting.sensor_height);

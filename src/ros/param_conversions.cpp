@@ -38,6 +38,23 @@ WallClusteringParams clusteringParams(const SegmenterConfig& config) {
   return params;
 }
 
+RoomBoundaryParams roomParams(const ReconstructorConfig& config) {
+  RoomBoundaryParams params;
+  params.max_floor_tilt_deg = config.max_floor_tilt_deg;
+  params.max_height_deviation = config.max_height_deviation;
+  params.floor_tolerance = config.floor_tolerance;
+  params.max_slope = config.max_slope;
+  params.max_step_height = config.max_step_height;
+  params.drop_depth = config.drop_depth;
+  params.smoke_gate = config.smoke_gate;
+  params.min_wall_height = config.min_wall_height;
+  params.furniture_height = config.furniture_height;
+  params.max_bridge_ratio = config.max_bridge_ratio;
+  params.max_range = config.max_range;
+  params.cell_size = config.cell_size;
+  return params;
+}
+
 }  // namespace
 
 AgdorParams toParams(const DenoiserConfig& config) {
@@ -73,6 +90,7 @@ ReconstructorParams toParams(const ReconstructorConfig& config) {
   params.polar_segments.max_elevation_angle_deg = config.max_elevation_angle_deg;
   params.polar_segments.wall_distance =
       parseEnum<WallDistance>("wall_distance", config.wall_distance);
+  params.room_boundary = roomParams(config);
   params.validate();
   return params;
 }

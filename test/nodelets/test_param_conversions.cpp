@@ -103,6 +103,18 @@ TEST(ParamConversions, MapEveryFieldOfDenoiserAndReconstructor) {
   reconstructor.height_difference_threshold = 0.06;
   reconstructor.max_elevation_angle_deg = 6;
   reconstructor.wall_distance = "planar_range";
+  reconstructor.max_floor_tilt_deg = 7;
+  reconstructor.max_height_deviation = 0.2;
+  reconstructor.floor_tolerance = 0.05;
+  reconstructor.max_slope = 0.2;
+  reconstructor.max_step_height = 0.25;
+  reconstructor.drop_depth = 0.06;
+  reconstructor.smoke_gate = 3;
+  reconstructor.min_wall_height = 0.15;
+  reconstructor.furniture_height = 2.5;
+  reconstructor.max_bridge_ratio = 1.7;
+  reconstructor.max_range = 20;
+  reconstructor.cell_size = 0.3;
   const ReconstructorParams r = toParams(reconstructor);
   EXPECT_EQ(r.sensor_height, 0.8);
   EXPECT_EQ(r.occupancy_resolution, 0.2);
@@ -113,6 +125,18 @@ TEST(ParamConversions, MapEveryFieldOfDenoiserAndReconstructor) {
   EXPECT_EQ(r.polar_segments.height_difference_threshold, 0.06);
   EXPECT_EQ(r.polar_segments.max_elevation_angle_deg, 6);
   EXPECT_EQ(r.polar_segments.wall_distance, WallDistance::kPlanarRange);
+  EXPECT_EQ(r.room_boundary.max_floor_tilt_deg, 7);
+  EXPECT_EQ(r.room_boundary.max_height_deviation, 0.2);
+  EXPECT_EQ(r.room_boundary.floor_tolerance, 0.05);
+  EXPECT_EQ(r.room_boundary.max_slope, 0.2);
+  EXPECT_EQ(r.room_boundary.max_step_height, 0.25);
+  EXPECT_EQ(r.room_boundary.drop_depth, 0.06);
+  EXPECT_EQ(r.room_boundary.smoke_gate, 3);
+  EXPECT_EQ(r.room_boundary.min_wall_height, 0.15);
+  EXPECT_EQ(r.room_boundary.furniture_height, 2.5);
+  EXPECT_EQ(r.room_boundary.max_bridge_ratio, 1.7);
+  EXPECT_EQ(r.room_boundary.max_range, 20);
+  EXPECT_EQ(r.room_boundary.cell_size, 0.3);
 }
 
 TEST(ParamConversions, RefuseUnknownNames) {

@@ -159,8 +159,11 @@ def test_bad_files_are_one_line(tmp_path, room_npz, capsys):
     height = ["--sensor-height", "0.7"]
     assert "no directory" in fails(capsys, "reconstruct", room_npz, nowhere, *height)
     empty = tmp_path / "empty.npz"
-    np.savez(empty, **{n: np.zeros(0, "f4") for n in ("x", "y", "z", "intensity")},
-             ring=np.zeros(0, "u2"))
+    np.savez(
+        empty,
+        **{n: np.zeros(0, "f4") for n in ("x", "y", "z", "intensity")},
+        ring=np.zeros(0, "u2"),
+    )
     assert "give --sensor-height" in fails(capsys, "reconstruct", str(empty), output)
     assert main(["reconstruct", str(empty), output, *height]) == 0
     assert len(files.open_floors(output)[0].xyz) == 0

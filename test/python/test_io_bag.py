@@ -149,8 +149,10 @@ def test_a_result_bag_holds_the_output_topics(tmp_path, three_scans, results):
             prefix + "reconstructor/markers": ("visualization_msgs/MarkerArray", 3),
         }
         surface_topic = prefix + "reconstructor/ground_surface"
-        stamps = [(m.header.stamp.secs, m.header.stamp.nsecs) for _, m, _ in
-                  written.read_messages(topics=[surface_topic])]
+        stamps = [
+            (m.header.stamp.secs, m.header.stamp.nsecs)
+            for _, m, _ in written.read_messages(topics=[surface_topic])
+        ]
     assert stamps == STAMPS
 
 

@@ -18,7 +18,11 @@ STAGES = ["denoiser", "segmenter", "reconstructor"]
 COMPILED_GROUPS = {
     "denoiser": ["denoiser"],
     "segmenter": ["segmenter.segmentation", "segmenter.clustering"],
-    "reconstructor": ["reconstructor", "reconstructor.polar_segments"],
+    "reconstructor": [
+        "reconstructor",
+        "reconstructor.polar_segments",
+        "reconstructor.room_boundary",
+    ],
 }
 
 
@@ -111,7 +115,7 @@ def test_the_compiled_core_has_no_parameter_beyond_cfg(core, stage):
         for part in path.split("."):
             group = getattr(group, part)
         names |= {name for name in dir(group) if not name.startswith("_")}
-    names -= {"validate", "polar_segments", "segmentation", "clustering"}
+    names -= {"validate", "polar_segments", "room_boundary", "segmentation", "clustering"}
     assert names == {parameter.name for parameter in CFG[stage].parameters}
 
 
@@ -123,7 +127,9 @@ def test_every_parameter_reaches_the_compiled_core(core, stage, parameter):
     elif parameter.choices:
         value = parameter.choices[-1]
     else:
-        value = type(parameter.default)(parameter.default + parameter.maximum) / 2
+        limit = parameter.maximum
+        limit = parameter.minimum if parameter.default == limit else limit
+        value = type(parameter.default)(parameter.default + limit) / 2
         value = int(value) if parameter.type == "int" else value
     params = Params()
     setattr(getattr(params, stage), parameter.name, value)
@@ -205,6 +211,18 @@ BAD_VALUES = [
     ("reconstructor", {"min_wall_points": 0}),
     ("reconstructor", {"height_difference_threshold": -1.0}),
     ("reconstructor", {"max_elevation_angle_deg": 90.0}),
+    ("reconstructor", {"max_floor_tilt_deg": 0}),
+    ("reconstructor", {"max_height_deviation": 0.6}),
+    ("reconstructor", {"floor_tolerance": 0.3}),
+    ("reconstructor", {"max_slope": 0.6}),
+    ("reconstructor", {"max_step_height": 0.6}),
+    ("reconstructor", {"drop_depth": 0.6}),
+    ("reconstructor", {"smoke_gate": 20.1}),
+    ("reconstructor", {"min_wall_height": 2.1}),
+    ("reconstructor", {"furniture_height": 12.1}),
+    ("reconstructor", {"max_bridge_ratio": 10.1}),
+    ("reconstructor", {"max_range": 50.1}),
+    ("reconstructor", {"cell_size": 0.6}),
 ]
 
 

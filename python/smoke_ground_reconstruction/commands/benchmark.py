@@ -12,9 +12,7 @@ import numpy as np
 
 from smoke_ground_reconstruction.console import CommandError, note, progress
 
-POINT = np.dtype(
-    [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2")]
-)
+POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"), ("ring", "<u2")])
 """A point as benchmark/stage_times.cpp reads it."""
 
 SENSORS = ("qt128/8", "qt128/4", "qt128/2", "qt128", "vlp16", "vlp32c", "os0_128")

@@ -38,9 +38,9 @@ def _least_distance(*arguments):
     return replace(profile, distance=distance, line=np.full(len(distance), -1))
 
 
-def _lowest_return(xyz, sensor_height, before=None):
+def _lowest_return(xyz, sensor_height, before=None, params=None):
     """A level floor through the lowest return (the thesis: the lowest wall point)."""
-    floor = fit_floor(xyz, sensor_height, before)
+    floor = fit_floor(xyz, sensor_height, before, params)
     low = xyz[np.abs(xyz[:, 2] + sensor_height) < _LOWEST, 2]
     height = low.min() if len(low) else -sensor_height
     return replace(floor, plane=np.array([0.0, 0.0, height]))
@@ -54,7 +54,7 @@ def _whole_segments(seen):
     return replace(claim, limit=limit, measured=claim.measured & ~replaced[seen.column])
 
 
-def _no_drops(column, planar, height, is_floor, sensor_height, directions, walls=()):
+def _no_drops(column, planar, height, is_floor, sensor_height, directions, walls, depth):
     none = np.full(len(directions), np.inf)
     return DropOffs(none, none, np.zeros(len(directions)))
 
@@ -84,7 +84,7 @@ WITHOUT = {
         "a level floor through the lowest return",
         [(room_boundary, "fit_floor", _lowest_return)],
     ),
-    "relief": ("a plane alone", [(room, "find_relief", lambda xy, height, planar: FLAT)]),
+    "relief": ("a plane alone", [(room, "find_relief", lambda xy, height, planar, params: FLAT)]),
     "merge": (
         "segments of 10 deg kept or replaced whole",
         [(room_boundary, "claim_floor", _whole_segments)],

@@ -98,6 +98,7 @@ class ReconstructorNode(LazyNode):
         timing.received(raw)
         scan, sensor, mounting = self._organise(raw, timing)
         method = self._rooms.setdefault(raw.header.frame_id, RoomBoundary())
+        method.params = self.params
         room = method.reconstruct(scan, sensor, mounting)
         timing.finish("reconstruct", len(scan.xyz), len(room.surface))
         timing.told(room.visibility)

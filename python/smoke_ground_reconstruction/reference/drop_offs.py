@@ -14,7 +14,8 @@ import numpy as np
 
 from .drop_edges import EDGE, TOLERANCE, drawn_on, find_edges, floor_behind
 
-_DEPTH, _DEPTH_SLOPE = 0.04, 0.015  # a return so far below the floor is none of it [m], and per m
+DEPTH = 0.04  # a return so far below a level floor is none of it [m]
+_DEPTH_SLOPE = 0.015  # a return so much deeper below the floor per metre is none of it
 _NEIGHBORS = 2  # columns to either side that share what they see
 _WITNESSES = 2  # returns that make a drop
 _WIDEST_GAP = 12  # columns between two that see a drop, which then see it too
@@ -47,7 +48,9 @@ class DropOffs:
         return (planar > self.begin[column]) & (planar < self.end[column])
 
 
-def find_drop_offs(column, planar, height, is_floor, sensor_height, directions, walls=()):
+def find_drop_offs(
+    column, planar, height, is_floor, sensor_height, directions, walls=(), depth=DEPTH
+):
     """Drops of all columns.
 
     Parameters
@@ -63,9 +66,11 @@ def find_drop_offs(column, planar, height, is_floor, sensor_height, directions, 
     walls : (W, 2) float64
         Normals of the room's walls: edges along or across them are preferred, and only these tell
         of floor that was not measured.
+    depth : float
+        A return so far below the floor beneath the sensor is none of it [m].
     """
     columns = len(directions)
-    below = height < -(_DEPTH + _DEPTH_SLOPE * planar)
+    below = height < -(depth + _DEPTH_SLOPE * planar)
     crossing = planar[below] * (sensor_height / (sensor_height - height[below]))
     floor = _Floor(column[is_floor], planar[is_floor], columns)
     begin, end = np.full(columns, np.inf), np.full(columns, np.inf)

@@ -12,13 +12,12 @@ import numpy as np
 from .cells import cell_keys
 from .confidence import drawn_confidence, measured_confidence
 from .floor_surface import BoundaryKind, FloorSurface, Provenance
-from .room import BEYOND, FARTHEST, rotated_plane
+from .room import BEYOND, rotated_plane
 from .scan import rotated
 
 COLUMN_DEG = 0.4
 _AT_WALL = 0.008  # the claimed floor ends this far before the wall [m]
-_CELL = 0.1  # measured floor wins in cells of this size [m]
-_FILL = 0.06  # claimed floor between the rings is drawn this densely [m]
+_FILL = 0.6  # claimed floor between the rings is drawn this densely, in cells
 _COLUMN = 0.00698  # width of a column at 1 m [m]
 _FLATTEST = -1e-3  # beams that fall by less against the floor never meet it
 _NO_RING = -1
@@ -70,7 +69,7 @@ def claim_floor(room):
     # Drawn on to floor measured behind an opening: it goes on in between.
     behind = measured & (room.planar > limit[room.column] + BEYOND)
     limit = np.maximum(limit, room.farthest(behind, beside=1))
-    return FloorClaim(np.minimum(limit, FARTHEST), measured)
+    return FloorClaim(np.minimum(limit, room.params.max_range), measured)
 
 
 def _measured(room, limit):
@@ -103,7 +102,8 @@ def draw_floor(room, claim, directions, bins, sensor, mounting):
     fill = _fill(room, claim, directions)
     drawn = DrawnFloor(*(np.concatenate(parts) for parts in zip(beams, fill)))
     claimed = ~room.drops.hides(drawn.column, drawn.planar)
-    claimed &= ~np.isin(cell_keys(drawn.xyz, _CELL), cell_keys(room.xyz[claim.measured], _CELL))
+    cell = room.params.cell_size
+    claimed &= ~np.isin(cell_keys(drawn.xyz, cell), cell_keys(room.xyz[claim.measured], cell))
     drawn = DrawnFloor(*(values[claimed] for values in vars(drawn).values()))
     raised = drawn.xyz[:, 2] + room.relief.at(drawn.xyz[:, :2])
     drawn.xyz[:, 2] = raised.astype(np.float32)
@@ -136,11 +136,12 @@ def _fill(room, claim, directions):
     Columns are left out near the sensor, where they lie closer than need be.
     """
     column, planar = [], []
+    spacing = _FILL * room.params.cell_size
     for c in np.flatnonzero(claim.limit > 0.0):
-        begin = _fill_begin(int(c))
+        begin = _fill_begin(int(c), spacing)
         limit = claim.limit[c]
-        count = max(0, math.ceil((limit - begin) / _FILL))
-        radii = np.minimum(begin + np.arange(count) * _FILL, limit)
+        count = max(0, math.ceil((limit - begin) / spacing))
+        radii = np.minimum(begin + np.arange(count) * spacing, limit)
         planar.append(np.append(radii, limit))
         column.append(np.full(count + 1, c))
     column = np.concatenate([np.zeros(0, np.int64), *column])
@@ -151,13 +152,13 @@ def _fill(room, claim, directions):
     return xyz, column, planar, np.full(len(column), _NO_RING)
 
 
-def _fill_begin(column):
+def _fill_begin(column, spacing):
     """Planar range [m] from which on a column is filled: every 16th from the first step on, those
     between them from where their neighbours are farther apart than a step."""
     step = 16
     while column % step != 0:
         step //= 2
-    return _FILL if step == 16 else _FILL / (2 * step * _COLUMN)
+    return spacing if step == 16 else spacing / (2 * step * _COLUMN)
 
 
 def merge(view, valid, room, claim, drawn, outline, sensor, mounting, floor):

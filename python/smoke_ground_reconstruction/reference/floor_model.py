@@ -11,17 +11,14 @@ from enum import IntEnum
 
 import numpy as np
 
+from ..params import RoomBoundaryParams
 from .cells import cell_numbers
 from .ordered import least_axis, ordered_sum, symmetric_inverse, times
 
-_BOUND = 0.15  # the floor lies this near to the mounting height beneath the sensor [m]
-_STEEPEST = 6  # ... and is no steeper, floor and mounting together [deg]
 _NEAREST, _FARTHEST = 0.3, 15.0  # planar range of the returns that vote [m]
 _VOTES = 1500  # returns, at least, that take part in the search of the tilt
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
-_SLOTS = 30
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
-_STEEPEST_RISE = 0.105  # tangent of that
 _PRIOR_SLOPE = 0.0524  # one sigma of the prior: 3 deg
 _PRIOR_HEIGHT = 0.05
 _SCALES = (0.05, 0.03, 0.02)  # of the residuals, coarse to fine, before those of the noise [m]
@@ -87,13 +84,13 @@ class FloorModel:
         return np.sqrt(np.einsum("...i,ij,...j->...", at, self.covariance, at) + self.uneven**2)
 
 
-def fit_floor(xyz, sensor_height, before=None):
+def fit_floor(xyz, sensor_height, before=None, params=None):
     """The floor of one scan.
 
     A search over tilts finds the height that most floor cells agree on; iteratively reweighted
     least squares (Tukey) with a weak prior at the mounting height refines it. Heights more than
-    0.15 m off the mounting height beneath the sensor are never looked at: ceilings and table tops
-    do not become floor.
+    `max_height_deviation` off the mounting height beneath the sensor are never looked at: ceilings
+    and table tops do not become floor.
 
     Parameters
     ----------
@@ -103,14 +100,16 @@ def fit_floor(xyz, sensor_height, before=None):
         [m]
     before : FloorModel, optional
         The last good one, taken where this scan shows too little floor.
+    params : RoomBoundaryParams, optional
 
     Returns
     -------
     FloorModel
     """
-    low = _low_returns(xyz, sensor_height)
+    params = params or RoomBoundaryParams()
+    low = _low_returns(xyz, sensor_height, params)
     if len(low) >= _FEWEST:
-        found = _refined(low, _coarse(low, sensor_height), sensor_height)
+        found = _refined(low, _coarse(low, sensor_height, params), sensor_height, params)
         if found is not None:
             return found
     if before is not None:
@@ -129,31 +128,33 @@ def _prior_covariance():
     return np.diag([_PRIOR_SLOPE**2, _PRIOR_SLOPE**2, _PRIOR_HEIGHT**2])
 
 
-def _low_returns(xyz, sensor_height):
+def _low_returns(xyz, sensor_height, params):
     planar = np.sqrt(xyz[:, 0] * xyz[:, 0] + xyz[:, 1] * xyz[:, 1])
-    reach = _BOUND + _STEEPEST_RISE * planar
+    reach = params.max_height_deviation + _slope(params.max_floor_tilt_deg) * planar
     is_low = np.abs(xyz[:, 2] + sensor_height) < reach
     return xyz[is_low & (planar > _NEAREST) & (planar < _FARTHEST)]
 
 
-def _coarse(low, sensor_height):
+def _coarse(low, sensor_height, params):
     """Tilt and height that most cells of the floor vote for; slight tilts win ties."""
     low = low[:: max(1, len(low) // _VOTES)]
     cell = np.floor(low[:, :2] / _CELL).astype(np.int64)
     _, of, count = np.unique(cell_numbers(cell), return_inverse=True, return_counts=True)
     vote = 1.0 / np.sqrt(count[of])
-    over_lowest = (low[:, 2] + sensor_height) + _BOUND
+    bound, steepest = params.max_height_deviation, params.max_floor_tilt_deg
+    slots = math.floor(2.0 * bound * _SLOTS_PER_METRE + 0.5)
+    over_lowest = (low[:, 2] + sensor_height) + bound
     best, plane = -1.0, None
-    for along_x in range(-_STEEPEST, _STEEPEST + 1):
+    for along_x in range(-steepest, steepest + 1):
         turned = over_lowest - _slope(along_x) * low[:, 0]
-        for along_y in range(-_STEEPEST, _STEEPEST + 1):
+        for along_y in range(-steepest, steepest + 1):
             slot = np.floor((turned - _slope(along_y) * low[:, 1]) * _SLOTS_PER_METRE)
-            inside = (slot >= 0.0) & (slot < _SLOTS)
-            votes = np.bincount(slot[inside].astype(np.int64) + 1, vote[inside], _SLOTS + 2)
+            inside = (slot >= 0.0) & (slot < slots)
+            votes = np.bincount(slot[inside].astype(np.int64) + 1, vote[inside], slots + 2)
             around = (votes[:-2] + votes[1:-1]) + votes[2:]
             most = around.max() * (1.0 - 0.002 * (abs(along_x) + abs(along_y)))
             if most > best:
-                height = -sensor_height - _BOUND + (around.argmax() + 0.5) / _SLOTS_PER_METRE
+                height = -sensor_height - bound + (around.argmax() + 0.5) / _SLOTS_PER_METRE
                 best, plane = most, np.array([_slope(along_x), _slope(along_y), height])
     return plane
 
@@ -163,7 +164,7 @@ def _slope(degrees):
     return float(np.float32(math.tan(math.radians(degrees))))
 
 
-def _refined(low, plane, sensor_height):
+def _refined(low, plane, sensor_height, params):
     """Tukey's reweighted least squares; None where too little floor is left.
 
     A range's noise lifts a return by noise times the sine of the grazing angle: far returns tell
@@ -182,8 +183,11 @@ def _refined(low, plane, sensor_height):
     total = ordered_sum(weight)
     if total < _FEWEST or _width(low, weight, total) < _NARROWEST:
         return None
+    steepest = _slope(params.max_floor_tilt_deg + 1)  # a step of the search more
+    if plane[0] * plane[0] + plane[1] * plane[1] > steepest * steepest:
+        return None
     error = -float(plane[2]) - sensor_height
-    if abs(error) > _BOUND:
+    if abs(error) > params.max_height_deviation:
         return None
     return FloorModel(plane, covariance, total, noise, uneven, FloorSource.MEASURED, error)
 

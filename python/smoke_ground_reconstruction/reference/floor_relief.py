@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..params import RoomBoundaryParams
 from .relief_facets import find_creases, find_facets, find_step, lowered
 
 CELL = 0.2
@@ -21,10 +22,9 @@ _NEAREST = 0.5  # planar range [m]
 _POINTS = 4  # of a cell
 _SPREAD = 0.04  # between the tenth and ninetieth percentile of a cell's heights [m]
 _ON_PLANE = 0.03
-_SLOPE, _SLACK = 0.16, 0.015  # between neighbouring cells: rise per metre, and [m]
+_SLACK = 0.015  # of the rise between neighbouring cells [m]
 _NEAR = 0.45  # returns on the floor drawn on lie so near to measured floor [m]
 _HOP = 2  # cells without returns between two rings
-_PLATFORM_HEIGHT = 0.2  # [m]
 _PLATFORM_CELLS = 25
 _FEWEST_CELLS = 10  # less relief is clutter
 _FLATNESS = 0.004  # a floor without relief strays so far from its plane per metre [m]
@@ -135,7 +135,7 @@ def _flat(cells, height):
 FLAT = _flat(np.zeros((0, 2), np.int64), None)
 
 
-def find_relief(xy, height, planar):
+def find_relief(xy, height, planar, params=None):
     """The relief of one scan.
 
     Parameters
@@ -144,24 +144,26 @@ def find_relief(xy, height, planar):
         Places of returns, smoke left out [m].
     height, planar : (N,) float64
         Over the plane, and planar range [m].
+    params : RoomBoundaryParams, optional
     """
+    params = params or RoomBoundaryParams()
     inside = (planar > _NEAREST) & np.all(np.abs(xy) < REACH, axis=1)
     inside &= (height > _LOWEST) & (height < _HIGHEST)
     grid = _Grid(xy[inside], height[inside])
     on_plane = grid.even & (np.abs(grid.median) <= _ON_PLANE)
-    step = find_step(grid)
-    floor = _floor_cells(grid, on_plane, step)
+    step = find_step(grid, params.max_step_height)
+    floor = _floor_cells(grid, on_plane, step, params)
     raised = floor & ~on_plane
     if np.count_nonzero(raised) < _FEWEST_CELLS:
         raised[:] = False
         floor = on_plane
     if not raised.any() and step is None:
         return _flat(_places(on_plane), None)
-    return _with_facets(grid, floor, raised, step)
+    return _with_facets(grid, floor, raised, step, params.max_slope)
 
 
-def _with_facets(grid, floor, raised, step):
-    facets, of = find_facets(grid, raised)
+def _with_facets(grid, floor, raised, step, max_slope):
+    facets, of = find_facets(grid, raised, max_slope)
     of[floor & ~raised] = 0
     if step is not None:
         facets, step = _joined(facets, step)
@@ -237,10 +239,11 @@ class _Grid:
         self.even[on_plane], self.median[on_plane] = True, 0.0
 
 
-def _floor_cells(grid, on_plane, step):
+def _floor_cells(grid, on_plane, step, params):
     """Cells of the plane and of what a climbable slope leads to, and platforms."""
-    floor = _reached(on_plane, grid.even, grid.median, lambda away: _SLOPE * CELL * away + _SLACK)
-    left = grid.even & ~floor & (np.abs(grid.median) <= _PLATFORM_HEIGHT)
+    rise = params.max_slope * CELL
+    floor = _reached(on_plane, grid.even, grid.median, lambda away: rise * away + _SLACK)
+    left = grid.even & ~floor & (np.abs(grid.median) <= params.max_step_height)
     while left.any():
         start = np.zeros(len(left), bool)
         start[np.flatnonzero(left)[0]] = True

@@ -57,7 +57,7 @@ class Pipeline:
         self._segmentation = ChannelSegmentation(params.segmenter)
         self._clustering = WallClustering(params.segmenter)
         self._polar_segments = PolarSegments(params.reconstructor)
-        self._room_boundary = RoomBoundary()
+        self._room_boundary = RoomBoundary(params.reconstructor)
 
     def process(self, view: ScanView, mounting: Optional[Mounting] = None) -> PipelineResult:
         """Work through one scan, in the sensor frame; without `mounting` a level sensor at

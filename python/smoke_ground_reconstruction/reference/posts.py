@@ -94,9 +94,7 @@ def find_posts(column, planar, height, xy):
     x, y, distance = (
         (np.bincount(group, values[order]) / count)[keep] for values in (*xy.T, planar)
     )
-    return Posts(
-        column[order[first]][keep], count[keep], distance, low[keep], high[keep], x, y
-    )
+    return Posts(column[order[first]][keep], count[keep], distance, low[keep], high[keep], x, y)
 
 
 def _count_within(key, half):

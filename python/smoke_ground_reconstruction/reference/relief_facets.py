@@ -15,14 +15,15 @@ _SEEDS = 48  # cells around which facets are sought
 _AROUND = 0.5  # half the window around a seed [m]
 _PRIOR = 0.0025  # keeps slopes from what too short a piece cannot tell [m^2]
 _LEVEL = 0.03  # facets less steep are level
-_STEEPEST = 0.25
+_STEEPER = 1.5625  # a facet may be so many times as steep as the way onto it
 _BEND = 0.03  # facets whose slopes differ by less do not cross
 _SHARE = 0.85  # of the cells lie on their own side of a crease
 _CREASE_SLACK = 0.15  # or no farther than this beyond it [m]
 
-_RISER_LOWEST, _RISER_HIGHEST = 0.03, 0.22  # heights of what may be a riser [m]
+_RISER_LOWEST = 0.03  # heights of what may be a riser [m]
+_RISER_OVER = 0.02  # ... up to so much over the highest step
 _RISER_EXTENT = 0.06  # between the lowest and the highest return of a riser's cell [m]
-_STEP_TOP = 0.25  # nothing stands higher in a cell of a riser [m]
+_STEP_TOP = 0.05  # nothing stands higher in a cell of a riser, over the highest step [m]
 _ANGLES = 180  # 1 deg apart
 _RHO_STEP = 0.04  # [m]
 _FARTHEST = 20.0
@@ -91,7 +92,7 @@ class Step:
         return bool(np.all(level & behind))
 
 
-def find_facets(grid, raised):
+def find_facets(grid, raised, max_slope):
     """Planes through cells that are no part of the floor's plane.
 
     Returns facets (F, 3), the first of them the floor's plane, and the facet of each cell of the
@@ -101,7 +102,7 @@ def find_facets(grid, raised):
     facets = [[0.0, 0.0, 0.0]]
     left = np.flatnonzero(raised)
     while len(left) >= _FEWEST and len(facets) <= _MOST_FACETS:
-        plane = _strongest(grid, left)
+        plane = _strongest(grid, left, _STEEPER * max_slope)
         on = _on(grid, left, plane)
         if np.count_nonzero(on) < _FEWEST:
             break
@@ -117,7 +118,7 @@ def _on(grid, cells, plane):
     return np.abs(grid.mean_height[cells] - model) < _INLIER
 
 
-def _strongest(grid, left):
+def _strongest(grid, left, steepest):
     """The plane that most cells lie on, fitted to them."""
     best, count = None, 0
     for seed in left[:: max(1, len(left) // _SEEDS)]:
@@ -125,7 +126,7 @@ def _strongest(grid, left):
         near &= np.abs(grid.mean_y[left] - grid.mean_y[seed]) < _AROUND
         for plane in ([0.0, 0.0, grid.mean_height[seed]], _fitted(grid, left[near])):
             found = np.count_nonzero(_on(grid, left, plane))
-            if found > count and _square(plane) < _STEEPEST * _STEEPEST:
+            if found > count and _square(plane) < steepest * steepest:
                 best, count = plane, found
     for _ in range(3):
         on = left[_on(grid, left, best)]
@@ -187,10 +188,10 @@ def _crossing(grid, first, second, on_first, on_second):
     return (nx, ny, rho) if apart else None
 
 
-def find_step(grid):
+def find_step(grid, max_height):
     """The longest riser of a platform, if nothing speaks against it; else None."""
-    riser = (grid.height > _RISER_LOWEST) & (grid.height < _RISER_HIGHEST)
-    riser &= grid.top[grid.cell] < _STEP_TOP
+    riser = (grid.height > _RISER_LOWEST) & (grid.height < max_height + _RISER_OVER)
+    riser &= grid.top[grid.cell] < max_height + _STEP_TOP
     riser &= grid.top[grid.cell] - grid.bottom[grid.cell] > _RISER_EXTENT
     x, y, cell = grid.x[riser], grid.y[riser], grid.cell[riser]
     if len(x) < _LINE_CELLS:

@@ -13,22 +13,21 @@ from .scan import rotated
 from .wall_lines import Returns, View, find_lines, line_support
 from .wall_profile import column_profile
 
-FARTHEST = 50.0  # no floor is claimed beyond [m]
 BEYOND = 0.15  # floor measured this far behind the boundary lies behind an opening [m]
-_ON_FLOOR = 0.03  # a return so near to the plane may be floor [m]
-_LOWEST_WALL = 0.1  # and one so far above it may be wall [m]
+_ON_FLOOR, _ON_FLOOR_MOST = 0.03, 0.06  # a return so near to the plane may be floor [m]
+_UNEVENNESS = 3.0  # or within so many sigma of the floor's own height
+_LEVEL_SHARE = 0.4  # floor behind an opening must go on as level as this share of it
+_DROP = 0.01  # and what lies so much lower than floor can, tells of a drop [m]
 _NEAREST_WALL, _FARTHEST_WALL = 0.2, 65.0  # planar range [m]
 _BELOW_CEILING = 0.05
 _WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
 _SOFT_RANGE = 1.5  # smoke's own returns come from nearer [m]
-_SOFT_FACTOR = 2.0  # and are at most this many times as strong as the floor's at that range
 _FLOOR_RANGE = 2.5  # [m]
 _PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken as level
 _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
 _STEEPER = 1000  # one return in so many may lie above the highest beam
 _OPENING_CELL = 0.2
 _OPENING_POINTS = 3
-_OPENING_HEIGHT = 0.012  # floor behind an opening must go on as level as this [m]
 
 
 class Room:
@@ -44,9 +43,17 @@ class Room:
         From the level to the upright frame.
     bins : AzimuthBins
         The columns.
+    params : RoomBoundaryParams
+
+    Attributes
+    ----------
+    tolerance : float
+        A return so near to the plane may be floor [m].
     """
 
-    def __init__(self, xyz, intensity, floor, rotation, bins):
+    def __init__(self, xyz, intensity, floor, rotation, bins, params):
+        self.params = params
+        self.tolerance = params.floor_tolerance or floor_tolerance(floor)
         self.rotation = rotation
         self.xyz = rotated(rotation, xyz).astype(np.float64)
         self.intensity = intensity
@@ -59,9 +66,9 @@ class Room:
         self.planar = np.sqrt(x * x + y * y).astype(np.float32).astype(np.float64)
         self.column = bins.index(x, y)
         self.ceiling = ceiling_height(self.height, self.planar, self.column)
-        self.is_low = (np.abs(self.height) < _ON_FLOOR) & (self.planar < FARTHEST)
+        self.is_low = (np.abs(self.height) < self.tolerance) & (self.planar < params.max_range)
         self.is_soft = self._soft()
-        self.can_be_wall = (self.height > _LOWEST_WALL) & ~self.is_soft
+        self.can_be_wall = (self.height > params.min_wall_height) & ~self.is_soft
         self.can_be_wall &= self.height < self.ceiling - _BELOW_CEILING
         self.can_be_wall &= (self.planar > _NEAREST_WALL) & (self.planar < _FARTHEST_WALL)
         arrays = (self.column, self.planar, self.height, self.xyz[:, :2])
@@ -82,14 +89,16 @@ class Room:
         if count == 0:
             return np.zeros(len(square), bool)
         # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
-        gate = _SOFT_FACTOR * (ordered_sum(strength[near_floor]) / count)
+        gate = self.params.smoke_gate * (ordered_sum(strength[near_floor]) / count)
         near = square < _SOFT_RANGE * _SOFT_RANGE
-        return near & (strength < gate) & (self.height > _LOWEST_WALL)
+        return near & (strength < gate) & (self.height > self.params.min_wall_height)
 
     def find_walls(self, directions):
         """Relief, lines, the profile of the boundary and the drop-offs."""
         self._find_relief()
-        self.view = View(self.ceiling, -self.plane[2], self._steepest())
+        self.view = View(
+            self.ceiling, -self.plane[2], self._steepest(), self.params.furniture_height
+        )
         self.lines = find_lines(self.posts)
         support = line_support(self.returns, self.lines, directions, self.view)
         self.at_wall = self._at_a_wall()
@@ -103,7 +112,13 @@ class Room:
             ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
         beyond = np.maximum(self.seen_floor, ceiling)
         self.profile = column_profile(
-            self.posts, support, self.view, beyond, level_floor, directions
+            self.posts,
+            support,
+            self.view,
+            beyond,
+            level_floor,
+            directions,
+            self.params.max_bridge_ratio,
         )
         self.drops = self._drop_offs(directions)
         if not np.isfinite(self.drops.begin).any():
@@ -112,8 +127,10 @@ class Room:
 
     def _find_relief(self):
         hard = ~self.is_soft
-        self.relief = find_relief(self.xyz[hard, :2], self.height[hard], self.planar[hard])
-        on = np.flatnonzero(hard & (self.planar < FARTHEST))
+        self.relief = find_relief(
+            self.xyz[hard, :2], self.height[hard], self.planar[hard], self.params
+        )
+        on = np.flatnonzero(hard & (self.planar < self.params.max_range))
         on = on[self.relief.carries(self.xyz[on, :2], self.height[on])]
         self.is_low[on] = True
 
@@ -161,6 +178,7 @@ class Room:
             -self.plane[2],
             directions,
             self._wall_normals(),
+            self.params.drop_depth or self.tolerance + _DROP,
         )
 
     def _wall_normals(self):
@@ -170,12 +188,13 @@ class Room:
 
     def goes_on_level(self):
         """Is a return's cell as level as the floor? The median of its low returns decides."""
-        low = np.flatnonzero((np.abs(self.height) < 5 * _ON_FLOOR) & (self.planar < FARTHEST))
+        low = np.abs(self.height) < 5 * self.tolerance
+        low = np.flatnonzero(low & (self.planar < self.params.max_range))
         cell = cell_keys(self.xyz, _OPENING_CELL)
         order = low[np.lexsort((self.height[low], cell[low]))]
         cells, begin, count = np.unique(cell[order], return_index=True, return_counts=True)
         median = self.height[order[begin + count // 2]]
-        good = (np.abs(median) < _OPENING_HEIGHT) & (count >= _OPENING_POINTS)
+        good = (np.abs(median) < _LEVEL_SHARE * self.tolerance) & (count >= _OPENING_POINTS)
         return np.isin(cell, cells[good])
 
     def past_wall(self):
@@ -206,6 +225,11 @@ class Room:
         ranges = np.sqrt((x * x + y * y) + z * z)
         cosine = np.abs(self.lines.nx[line] * x + self.lines.ny[line] * y) / ranges
         return estimator.estimate(line, ranges, self.intensity[wall], cosine)
+
+
+def floor_tolerance(floor):
+    """How near to the plane floor lies [m], from the unevenness that the scan tells."""
+    return min(max(_ON_FLOOR, _UNEVENNESS * floor.uneven), _ON_FLOOR_MOST)
 
 
 def upright_candidates(plane):

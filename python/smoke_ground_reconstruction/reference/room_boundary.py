@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..params import RoomBoundaryParams
 from .azimuth_bins import AzimuthBins
 from .drop_offs import DropOffs
 from .floor_completion import (
@@ -70,9 +71,13 @@ class RoomBoundaryResult:
 
 
 class RoomBoundary:
-    """Keeps the last good floor plane and how bright walls are; use one per sensor."""
+    """Keeps the last good floor plane and how bright walls are; use one per sensor.
 
-    def __init__(self):
+    ``params``, a RoomBoundaryParams, may change from scan to scan.
+    """
+
+    def __init__(self, params=None):
+        self.params = params or RoomBoundaryParams()
         self._bins = AzimuthBins(COLUMN_DEG)
         count = self._bins.count()
         middles = [Direction.from_degrees((i + 0.5) * 360.0 / count) for i in range(count)]
@@ -91,7 +96,7 @@ class RoomBoundary:
         level = Scan(view, mounting)
         valid = np.flatnonzero(level.valid)
         xyz = level.xyz[valid]
-        floor = fit_floor(xyz.astype(np.float64), mounting.sensor_height, self._floor)
+        floor = fit_floor(xyz.astype(np.float64), mounting.sensor_height, self._floor, self.params)
         if floor.source == FloorSource.MEASURED:
             self._floor = floor
         room = self._look(xyz, view.intensity[valid].astype(np.float64), floor)
@@ -118,7 +123,7 @@ class RoomBoundary:
     def _look(self, xyz, intensity, floor):
         """The room in whichever frame stands its walls upright: the level one or the floor's."""
         rooms = [
-            Room(xyz, intensity, floor, rotation, self._bins)
+            Room(xyz, intensity, floor, rotation, self._bins, self.params)
             for rotation in upright_candidates(floor.plane)
         ]
         room = max(rooms, key=lambda candidate: candidate.posts.count.sum())

@@ -9,7 +9,6 @@ from .posts import POST_EXTENT, POST_POINTS, POST_SHARE
 from .predicates import Direction
 
 LINE_HALF = 0.03  # a wall's returns lie this near to its line [m]
-_HIGHEST_FURNITURE = 3.0  # [m]
 _ANGLES = 180  # of the Hough transform, 1 deg apart
 _SLOTS_PER_METRE = 25.0
 _MOST_WEIGHT = 12  # of a post: a high one is no better than two lower ones
@@ -160,11 +159,14 @@ class View:
         [m]
     steepest : float
         Tangent of the highest beam's elevation.
+    furniture_height : float
+        Walls are told from furniture where the view reaches higher [m].
     """
 
     ceiling: float
     sensor_height: float
     steepest: float
+    furniture_height: float
 
     def is_full(self, high, planar):
         """Does something of a height at a planar range reach the ceiling, or out of the view?"""
@@ -174,7 +176,7 @@ class View:
     def tells(self, planar):
         """Can a wall at a planar range be told from a cupboard?"""
         top = self.sensor_height + self.steepest * planar
-        return top > min(self.ceiling, _HIGHEST_FURNITURE)
+        return top > min(self.ceiling, self.furniture_height)
 
 
 def line_support(returns, lines, directions, view):

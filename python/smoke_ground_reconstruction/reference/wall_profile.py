@@ -21,7 +21,6 @@ _WIDEST_GAP = 0.25  # that is bridged along one wall, of the circle
 _MEETING = 0.05  # [m]
 _CHAIN_STEP = 0.04  # from post to post of a chain [m]
 _CHAIN_SLOPE = 0.012  # ... and per metre of range: a wall at 60 deg to the beam
-_EXTENSION = 1.6  # a wall is drawn on to a corner so many times its seen length
 _LONG = 0.8  # a wall so long is bridged though its top is not seen [m]
 _FARTHEST_CORNER = 1.6  # times the farther of the two places where its walls were seen last
 
@@ -45,7 +44,7 @@ class Profile:
     line: np.ndarray
 
 
-def column_profile(posts, support, view, beyond, level_floor, directions):
+def column_profile(posts, support, view, beyond, level_floor, directions, max_bridge_ratio):
     """The boundary of each column.
 
     Parameters
@@ -60,6 +59,8 @@ def column_profile(posts, support, view, beyond, level_floor, directions):
         How far floor was measured that goes on as level as the room's [m].
     directions : (columns, 2) float64
         Of the columns' middles.
+    max_bridge_ratio : float
+        A wall is drawn on to a corner at most so many times its seen length.
     """
     columns = len(beyond)
     distance, kind = np.zeros(columns), np.full(columns, _LIMIT)
@@ -74,14 +75,14 @@ def column_profile(posts, support, view, beyond, level_floor, directions):
     outermost = _outermost(posts, support, columns)
     beyond = np.maximum(beyond, outermost)
     _follow(outermost, distance, kind)
-    _bridge(support, distance, kind, line, beyond, directions)
+    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio)
     rest = (distance == 0.0) & (outermost > 0.0)
     # A lone column is a look through a crack: no place to claim floor in.
     rest &= _like_neighbors(np.where(distance > 0.0, distance, outermost)) >= 2
     distance[rest], kind[rest] = outermost[rest], _SEEN
     _take_lines(support, distance, line, rest, directions)
     _close_openings(support, view, level_floor, distance, kind, line)
-    _bridge(support, distance, kind, line, beyond, directions)
+    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio)
     return Profile(distance, kind, line)
 
 
@@ -178,7 +179,7 @@ def _follow(outermost, distance, kind):
         kind[gap] = np.where(outermost[gap] > 0.0, _SEEN, _INFERRED)
 
 
-def _bridge(support, distance, kind, line, beyond, directions):
+def _bridge(support, distance, kind, line, beyond, directions, max_ratio):
     """Bridge the gaps between known walls, along one wall or round the corner of two.
 
     Along one wall nothing but a wall on both sides is asked for: the floor ends at the line of a
@@ -201,8 +202,8 @@ def _bridge(support, distance, kind, line, beyond, directions):
         torn = _is_torn(beyond[gap], bridge)
         if line[first] != line[after]:
             on_first = a[gap] <= b[gap]
-            fits = _extends(a, line, first, -1, gap[on_first], directions)
-            fits &= _extends(b, line, after, 1, gap[~on_first], directions)
+            fits = _extends(a, line, first, -1, gap[on_first], directions, max_ratio)
+            fits &= _extends(b, line, after, 1, gap[~on_first], directions, max_ratio)
             if torn or not (is_corner and fits):
                 continue
         distance[gap], kind[gap] = bridge, _INFERRED
@@ -214,7 +215,7 @@ def _is_torn(beyond, bridge):
     return np.count_nonzero(beyond > bridge + _BEYOND) > _TORN * len(bridge)
 
 
-def _extends(reach, line, at, step, gap, directions):
+def _extends(reach, line, at, step, gap, directions, max_ratio):
     """Is a wall seen along enough of its length to be drawn on through a gap?"""
     if len(gap) == 0:
         return True
@@ -228,7 +229,7 @@ def _extends(reach, line, at, step, gap, directions):
         allowed_breaks += 1
     far = gap[0] if step == 1 else gap[-1]
     seen = _chord(reach, at, end, directions)
-    return _chord(reach, at, far, directions) <= _EXTENSION * seen
+    return _chord(reach, at, far, directions) <= max_ratio * seen
 
 
 def _chord(reach, a, b, directions):
