@@ -37,6 +37,8 @@ class WindowCounter : public NeighborCounter {
 
  private:
   struct Spot;
+  struct Queries;
+  enum class Answer : std::uint8_t { kNotAsked, kAsked, kLonely };
   /// Rows, and columns to either side, that a window reaches; half of all columns: every one.
   struct Reach {
     int first_row;
@@ -45,6 +47,7 @@ class WindowCounter : public NeighborCounter {
   };
   void chooseBuckets();
   void fillBuckets();
+  void sortPoints(const std::vector<std::uint32_t>& bucket);
   const std::uint32_t* rowBegin(int shell, int row) const;
   Spot spotOf(std::size_t index) const;
   double radiusPerRange(std::size_t index, double squared_radius) const;
@@ -53,8 +56,10 @@ class WindowCounter : public NeighborCounter {
 
   void collectRuns(std::size_t index, double radius_per_range, std::vector<Run>* runs) const;
   void collectShell(int shell, const Spot& spot, const Reach& reach, std::vector<Run>* runs) const;
-  void collectRow(int shell, int row, const Spot& spot, float columns,
-                  std::vector<Run>* runs) const;
+  void collectRow(int shell, int row, float column, float columns, std::vector<Run>* runs) const;
+  void collectRuns(const Queries& queries, const Reach& reach, double radius_per_range,
+                   std::vector<Run>* runs) const;
+  int shellAt(float squared_range, double times) const;
   std::size_t countRuns(std::size_t index, double squared_radius, const std::vector<Run>& runs,
                         std::size_t limit) const;
   bool isBetween(std::size_t index, double squared_radius, std::size_t more_than,
@@ -69,7 +74,12 @@ class WindowCounter : public NeighborCounter {
   std::size_t mostAround(int shell, int row, int column) const;
   std::size_t mostIn(const Spot& spot, double radius_per_range,
                      const std::vector<std::uint32_t>& sums) const;
-  void countAlongRows(const Crowd& crowd, std::vector<std::int32_t>* at_least) const;
+  void findLonely(const std::vector<std::uint32_t>& points, const Crowd& crowd,
+                  std::vector<std::uint32_t>* lonely) const;
+  void answerRow(int shell, int row, const Reach& reach, const Crowd& crowd,
+                 std::vector<Answer>* answers) const;
+  void answer(const Reach& reach, const Crowd& crowd, Queries* queries,
+              std::vector<Answer>* answers) const;
 
   double radius_per_range_;
   int rows_ = 0;

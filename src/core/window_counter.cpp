@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -31,9 +32,10 @@ constexpr float kLeastSquaredRange = 1e-24F;  // nearer points have no direction
 
 constexpr std::uint32_t kLanes = 8;              // candidates looked at together
 constexpr std::uint32_t kPadding = 8;            // places before the first and after the last point
-constexpr std::size_t kAlongRow = 4;             // places looked at to either side of a point
+constexpr std::size_t kAlongRow = 8;             // places looked at to either side of a point
 constexpr std::uint32_t kGroupsBetweenSums = 6;  // of kLanes
-constexpr int kMostBuckets = 1 << 17;            // more cost more to clear than they save
+constexpr std::size_t kNoEnd = std::numeric_limits<std::size_t>::max();
+constexpr int kMostBuckets = 1 << 17;  // more cost more to clear than they save
 
 // Shells of range, each twice as far as the one before: by half the exponent of squared ranges.
 constexpr int kMostShells = 10;
@@ -75,12 +77,13 @@ inline float rowAt(float z, float squared_range, const Raster& raster) {
   return (z / std::sqrt(squared_range) + 1.0F) * raster.rows_per_sine;
 }
 
-/// Buckets of points, garbage ones included: the numbers below 2^24 that floats hold exactly. (GCC
-/// vectorizes this for SSE2, but not for AVX2.)
-void findBuckets(const float* x, const float* y, const float* z, std::size_t size, const Raster& to,
+/// Buckets of points, garbage ones included, as if all had a direction: numbers below 2^24, which
+/// floats hold exactly. Returns whether some have none.
+SMOKE_GROUND_MULTIVERSION
+bool findBuckets(const float* x, const float* y, const float* z, std::size_t size, const Raster& to,
                  std::uint32_t* bucket) {
   const Raster raster = to;
-  const float near_bucket = static_cast<float>(raster.shells) * raster.rows * raster.columns;
+  std::int32_t are_near = 0;
   for (std::size_t i = 0; i < size; ++i) {
     const float squared_range = squaredRangeOf(x[i], y[i], z[i]);
     const float row = clampedFloor(rowAt(z[i], squared_range, raster), raster.rows);
@@ -88,9 +91,10 @@ void findBuckets(const float* x, const float* y, const float* z, std::size_t siz
         clampedFloor(azimuthOf(x[i], y[i]) * raster.columns_per_radian, raster.columns);
     const auto shell = static_cast<float>(shellOfSquare(squared_range, raster.shells));
     const float place = (shell * raster.rows + row) * raster.columns + column;
-    bucket[i] = static_cast<std::uint32_t>(
-        static_cast<std::int32_t>(squared_range < kLeastSquaredRange ? near_bucket : place));
+    bucket[i] = static_cast<std::uint32_t>(static_cast<std::int32_t>(place));
+    are_near |= squared_range < kLeastSquaredRange ? 1 : 0;
   }
+  return are_near != 0;
 }
 
 /// Places [begin, end).
@@ -118,6 +122,15 @@ Screen screenOf(float x, float y, float z, double squared_radius) {
   if (!is_safe) return {x, y, z, -1.0F, INFINITY};
   return {x, y, z, static_cast<float>(squared_radius * (1.0 - kScreenMargin)),
           static_cast<float>(squared_radius * (1.0 + kScreenMargin))};
+}
+
+/// The same for a radius proportional to the range, which single precision knows as well.
+Screen roughScreenOf(float x, float y, float z, double squared_radius_per_range) {
+  const double square = static_cast<double>(squaredRangeOf(x, y, z)) * squared_radius_per_range;
+  const bool is_safe = square >= kLeastScreened && square <= kGreatestScreened;
+  if (!is_safe) return {x, y, z, -1.0F, INFINITY};
+  return {x, y, z, static_cast<float>(square * (1.0 - 4.0 * kScreenMargin)),
+          static_cast<float>(square * (1.0 + 4.0 * kScreenMargin))};
 }
 
 // Vectors of the compiler: AVX's, or two of SSE's or NEON's.
@@ -180,7 +193,66 @@ void countAlong(const float* x, const float* y, const float* z, std::size_t begi
   }
 }
 
+/// Queries of one row of buckets, looked at together.
+struct LaneQueries {
+  std::array<std::uint32_t, kLanes> place;
+  std::uint32_t size = 0;
+  int first_column = 0;
+  int last_column = 0;
+  std::array<float, kLanes> x{}, y{}, z{};
+  std::array<float, kLanes> surely_below{}, possibly_below{};  // squared radii
+  float least_square = INFINITY;                               // of their ranges
+  float greatest_square = 0.0F;
+
+  void add(std::uint32_t at, int column, const float* px, const float* py, const float* pz,
+           double squared_radius_per_range) {
+    const Screen screen = roughScreenOf(px[at], py[at], pz[at], squared_radius_per_range);
+    if (size == 0) first_column = column;
+    last_column = column;
+    place[size] = at;
+    x[size] = screen.x;
+    y[size] = screen.y;
+    z[size] = screen.z;
+    surely_below[size] = screen.surely_below;
+    possibly_below[size] = screen.possibly_below;
+    const float square = squaredRangeOf(screen.x, screen.y, screen.z);
+    least_square = std::min(least_square, square);
+    greatest_square = std::max(greatest_square, square);
+    ++size;
+  }
+};
+
+using Tallies = std::array<std::array<std::int32_t, kLanes>, 2>;  // surely, possibly
+
+/// Looks at candidates for all queries at once.
+SMOKE_GROUND_MULTIVERSION
+void tallyTogether(const float* x, const float* y, const float* z, const Run* runs,
+                   std::size_t run_count, const LaneQueries& queries, Tallies* tallies) {
+  Floats px, py, pz, surely_below, possibly_below;
+  std::memcpy(&px, queries.x.data(), sizeof(px));
+  std::memcpy(&py, queries.y.data(), sizeof(py));
+  std::memcpy(&pz, queries.z.data(), sizeof(pz));
+  std::memcpy(&surely_below, queries.surely_below.data(), sizeof(px));
+  std::memcpy(&possibly_below, queries.possibly_below.data(), sizeof(px));
+  Ints surely = {};
+  Ints possibly = {};
+  for (std::size_t run = 0; run < run_count; ++run) {
+    for (std::uint32_t i = runs[run].begin; i < runs[run].end; ++i) {
+      const Floats dx = px - x[i];
+      const Floats dy = py - y[i];
+      const Floats dz = pz - z[i];
+      const Floats d2 = (dx * dx + dy * dy) + dz * dz;
+      surely -= d2 < surely_below;  // true is -1
+      possibly -= d2 < possibly_below;
+    }
+  }
+  std::memcpy((*tallies)[0].data(), &surely, sizeof(surely));
+  std::memcpy((*tallies)[1].data(), &possibly, sizeof(possibly));
+}
+
 }  // namespace
+
+struct WindowCounter::Queries : LaneQueries {};
 
 /// A point's place in the raster.
 struct WindowCounter::Spot {
@@ -197,10 +269,11 @@ WindowCounter::WindowCounter(const Scan& scan, double radius_per_range)
   fillBuckets();
 }
 
-/// Half the window's half angle: few empty looks, few candidates outside the radius.
+/// Half the window's half angle: few empty looks, few candidates outside the radius. Not less than
+/// some points wide, so that those beside each other in a row are neighbours, too.
 void WindowCounter::chooseBuckets() {
   const double half_angle = std::asin(std::min(radius_per_range_, 1.0));
-  const double angle = std::clamp(half_angle / 2.0, 0.4 * kDegree, 10.0 * kDegree);
+  const double angle = std::clamp(half_angle / 2.0, 1.2 * kDegree, 10.0 * kDegree);
   rows_ = static_cast<int>(std::ceil(2.0 / angle));
   columns_ = static_cast<int>(std::ceil(2.0 * M_PI / angle));
   shells_ = kMostShells * rows_ * columns_ <= kMostBuckets ? kMostShells : 1;
@@ -215,28 +288,39 @@ void WindowCounter::chooseBuckets() {
 void WindowCounter::fillBuckets() {
   const Raster raster = rasterOf(rows_, columns_, shells_);
   Recycled<std::uint32_t> bucket(scan_.size());
-  findBuckets(scan_.x.data(), scan_.y.data(), scan_.z.data(), scan_.size(), raster, bucket.data());
+  const bool are_near = findBuckets(scan_.x.data(), scan_.y.data(), scan_.z.data(), scan_.size(),
+                                    raster, bucket.data());
   const auto buckets = static_cast<std::size_t>(shells_) * static_cast<std::size_t>(rows_) *
                        static_cast<std::size_t>(columns_);
   bucket_begin_.assign(buckets + 2, 0);  // one more for the points without direction
+  for (std::size_t i = 0; are_near && i < scan_.size(); ++i) {
+    const float squared_range = squaredRangeOf(scan_.x[i], scan_.y[i], scan_.z[i]);
+    if (squared_range < kLeastSquaredRange) bucket[i] = static_cast<std::uint32_t>(buckets);
+  }
   for (std::size_t i = 0; i < scan_.size(); ++i) {
-    if (scan_.valid[i] != 0) ++bucket_begin_[bucket[i]];
+    // What is no return comes behind all others, where nobody looks: no branches.
+    bucket[i] = scan_.valid[i] != 0 ? bucket[i] : static_cast<std::uint32_t>(buckets + 1);
+    ++bucket_begin_[bucket[i]];
   }
   std::uint32_t end = kPadding;
   for (std::uint32_t& begin : bucket_begin_) begin = end += begin;  // now each one's end
-  for (auto* values : {&x_, &y_, &z_}) {
-    values->resize(end + kPadding);
-    std::fill_n(values->begin(), kPadding, NAN);
-    std::fill_n(values->end() - kPadding, kPadding, NAN);
-  }
-  place_.resize(scan_.size());
-  for (std::size_t i = scan_.size(); i-- > 0;) {  // backwards: the end moves to the begin
-    if (scan_.valid[i] == 0) continue;
+  sortPoints(bucket);
+}
+
+void WindowCounter::sortPoints(const std::vector<std::uint32_t>& bucket) {
+  const std::size_t size = scan_.size();
+  for (auto* values : {&x_, &y_, &z_}) values->resize(size + 2 * kPadding);
+  place_.resize(size);
+  for (std::size_t i = size; i-- > 0;) {  // backwards: the end moves to the begin
     const std::uint32_t place = --bucket_begin_[bucket[i]];
     place_[i] = place;
     x_[place] = scan_.x[i];
     y_[place] = scan_.y[i];
     z_[place] = scan_.z[i];
+  }
+  for (auto* values : {&x_, &y_, &z_}) {
+    std::fill_n(values->begin(), kPadding, NAN);
+    std::fill(values->begin() + bucket_begin_.back(), values->end(), NAN);
   }
 }
 
@@ -290,6 +374,11 @@ WindowCounter::Spot WindowCounter::spotOf(std::size_t index) const {
           squared_range < kLeastSquaredRange};
 }
 
+/// Shell of a point that is some times as far as one of that squared range.
+int WindowCounter::shellAt(float squared_range, double times) const {
+  return shellOfSquare(static_cast<float>(squared_range * times * times), shells_);
+}
+
 /// Runs of places that can hold neighbours: the own shell and row first, then outwards.
 void WindowCounter::collectRuns(std::size_t index, double radius_per_range,
                                 std::vector<Run>* runs) const {
@@ -301,12 +390,10 @@ void WindowCounter::collectRuns(std::size_t index, double radius_per_range,
     return;
   }
   const Reach reach = reachOf(spot, radius_per_range);
-  const auto shell_at = [&](double ranges) {
-    return shellOfSquare(static_cast<float>(spot.squared_range * ranges * ranges), shells_);
-  };
-  const int own = shell_at(1.0);
-  const int first = shell_at(std::max(0.0, 1.0 - radius_per_range) * (1.0 - kRangeMargin));
-  const int last = shell_at((1.0 + radius_per_range) * (1.0 + kRangeMargin));
+  const int own = shellAt(spot.squared_range, 1.0);
+  const int first =
+      shellAt(spot.squared_range, std::max(0.0, 1.0 - radius_per_range) * (1.0 - kRangeMargin));
+  const int last = shellAt(spot.squared_range, (1.0 + radius_per_range) * (1.0 + kRangeMargin));
   collectShell(own, spot, reach, runs);
   for (int shell = first; shell <= last; ++shell) {
     if (shell != own) collectShell(shell, spot, reach, runs);
@@ -314,14 +401,36 @@ void WindowCounter::collectRuns(std::size_t index, double radius_per_range,
   if (last_bucket[0] < last_bucket[1]) runs->push_back({last_bucket[0], last_bucket[1]});
 }
 
+/// Runs of places that can hold neighbours of queries of one row of buckets.
+void WindowCounter::collectRuns(const Queries& queries, const Reach& reach, double radius_per_range,
+                                std::vector<Run>* runs) const {
+  runs->clear();
+  const double nearest = std::max(0.0, 1.0 - radius_per_range) * (1.0 - kRangeMargin);
+  const double farthest = (1.0 + radius_per_range) * (1.0 + kRangeMargin);
+  const int first = shellAt(queries.least_square, nearest);
+  const int last = shellAt(queries.greatest_square, farthest);
+  const float middle = 0.5F * static_cast<float>(queries.first_column + queries.last_column + 1);
+  const float to_the_side =
+      reach.columns + 0.5F * static_cast<float>(queries.last_column + 1 - queries.first_column);
+  for (int shell = first; shell <= last; ++shell) {
+    for (int row = reach.first_row; row <= reach.last_row; ++row) {
+      collectRow(shell, row, middle, to_the_side, runs);
+    }
+  }
+  const auto last_bucket = bucket_begin_.end() - 2;
+  if (last_bucket[0] < last_bucket[1]) runs->push_back({last_bucket[0], last_bucket[1]});
+}
+
 void WindowCounter::collectShell(int shell, const Spot& spot, const Reach& reach,
                                  std::vector<Run>* runs) const {
   const int own = std::clamp(static_cast<int>(spot.row), reach.first_row, reach.last_row);
-  collectRow(shell, own, spot, reach.columns, runs);
+  collectRow(shell, own, spot.column, reach.columns, runs);
   const int farthest = std::max(own - reach.first_row, reach.last_row - own);
   for (int step = 1; step <= farthest; ++step) {
-    if (own - step >= reach.first_row) collectRow(shell, own - step, spot, reach.columns, runs);
-    if (own + step <= reach.last_row) collectRow(shell, own + step, spot, reach.columns, runs);
+    if (own - step >= reach.first_row)
+      collectRow(shell, own - step, spot.column, reach.columns, runs);
+    if (own + step <= reach.last_row)
+      collectRow(shell, own + step, spot.column, reach.columns, runs);
   }
 }
 
@@ -338,10 +447,10 @@ void WindowCounter::forEachPart(float column, float to_the_side, const Part& par
   if (last >= columns_) part(0, last + 1 - columns_);
 }
 
-void WindowCounter::collectRow(int shell, int row, const Spot& spot, float columns,
+void WindowCounter::collectRow(int shell, int row, float column, float columns,
                                std::vector<Run>* runs) const {
   const std::uint32_t* begin = rowBegin(shell, row);
-  forEachPart(spot.column, columns, [&](int from, int to) {
+  forEachPart(column, columns, [&](int from, int to) {
     if (begin[from] < begin[to]) runs->push_back({begin[from], begin[to]});
   });
 }
@@ -401,27 +510,89 @@ bool WindowCounter::isBetween(std::size_t index, double squared_radius, std::siz
 void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, const Crowd& crowd,
                                   std::vector<std::uint32_t>* outsiders) const {
   outsiders->clear();
-  Recycled<std::int32_t> at_least;
-  countAlongRows(crowd, &at_least);
+  // Few neighbours to be found, and no end to them: most points find enough beside them.
+  const bool is_settled_beside =
+      crowd.more_than < 2 * kAlongRow && crowd.at_most >= bucket_begin_.back();
+  if (is_settled_beside) return findLonely(points, crowd, outsiders);
   Recycled<BoundingBox> boxes;
   Recycled<std::uint32_t> sums;
-  if (at_least.empty()) {
-    boundBuckets(&boxes);
-    sumShells(&sums);
-  }
+  boundBuckets(&boxes);
+  sumShells(&sums);
   Recycled<Run> runs;
   for (const std::uint32_t i : points) {
-    if (!at_least.empty() && static_cast<std::size_t>(at_least[place_[i]]) > crowd.more_than) {
-      continue;
-    }
     const double squared_radius = squaredRadius(i, crowd.radius_per_range);
     if (squared_radius > 0.0) {
-      if (!boxes.empty() && isSurelyBetween(i, squared_radius, crowd, boxes, sums)) continue;
+      if (isSurelyBetween(i, squared_radius, crowd, boxes, sums)) continue;
       collectRuns(i, crowd.radius_per_range, &runs);
       if (isBetween(i, squared_radius, crowd.more_than, crowd.at_most, runs)) continue;
     }
     outsiders->push_back(i);
   }
+}
+
+/// Those that have no more than a few neighbours: of most points the places beside them tell that
+/// they have more; the others of a row of buckets are answered eight at a time.
+void WindowCounter::findLonely(const std::vector<std::uint32_t>& points, const Crowd& crowd,
+                               std::vector<std::uint32_t>* lonely) const {
+  const std::uint32_t end = bucket_begin_.back();
+  const double k = crowd.radius_per_range;
+  Recycled<Answer> answers;
+  answers.assign(end, Answer::kNotAsked);
+  for (const std::uint32_t i : points) answers[place_[i]] = Answer::kAsked;
+  Recycled<std::int32_t> at_least(end);
+  countAlong(x_.data(), y_.data(), z_.data(), kPadding, end,
+             static_cast<float>(k * k * (1.0 - 4.0 * kScreenMargin)), at_least.data());
+  const auto more_than = static_cast<std::int32_t>(crowd.more_than);
+  for (std::uint32_t at = kPadding; at < end; ++at) {
+    answers[at] = at_least[at] > more_than ? Answer::kNotAsked : answers[at];
+  }
+  for (int row = 0; row < rows_; ++row) {
+    const Reach reach = reachOf(2.0 * row / rows_ - 1.0, 2.0 * (row + 1) / rows_ - 1.0, k);
+    for (int shell = 0; shell < shells_; ++shell) answerRow(shell, row, reach, crowd, &answers);
+  }
+  for (const std::uint32_t i : points) {
+    const Answer answer = answers[place_[i]];
+    if (answer == Answer::kNotAsked) continue;
+    if (answer == Answer::kAsked && isBetween(i, squaredRadius(i, k), crowd.more_than, kNoEnd)) {
+      continue;
+    }
+    lonely->push_back(i);
+  }
+}
+
+/// Answers the queries of a row of buckets, but for those that single precision cannot.
+void WindowCounter::answerRow(int shell, int row, const Reach& reach, const Crowd& crowd,
+                              std::vector<Answer>* answers) const {
+  const double squared = crowd.radius_per_range * crowd.radius_per_range;
+  const int widest = 1 + static_cast<int>(reach.columns);
+  const std::uint32_t* begin = rowBegin(shell, row);
+  Queries queries;
+  for (int column = 0; column < columns_; ++column) {
+    const bool is_far = queries.size > 0 && column - queries.first_column > widest;
+    if (is_far) answer(reach, crowd, &queries, answers);
+    for (std::uint32_t at = begin[column]; at < begin[column + 1]; ++at) {
+      if ((*answers)[at] != Answer::kAsked) continue;
+      queries.add(at, column, x_.data(), y_.data(), z_.data(), squared);
+      if (queries.size == kLanes) answer(reach, crowd, &queries, answers);
+    }
+  }
+  if (queries.size > 0) answer(reach, crowd, &queries, answers);
+}
+
+void WindowCounter::answer(const Reach& reach, const Crowd& crowd, Queries* queries,
+                           std::vector<Answer>* answers) const {
+  Recycled<Run> runs;
+  collectRuns(*queries, reach, crowd.radius_per_range, &runs);
+  Tallies tallies;
+  tallyTogether(x_.data(), y_.data(), z_.data(), runs.data(), runs.size(), *queries, &tallies);
+  for (std::uint32_t lane = 0; lane < queries->size; ++lane) {
+    const auto surely = static_cast<std::size_t>(tallies[0][lane]);  // itself, too
+    const auto possibly = static_cast<std::size_t>(tallies[1][lane]);
+    Answer& answer = (*answers)[queries->place[lane]];
+    if (surely > crowd.more_than + 1) answer = Answer::kNotAsked;
+    if (possibly <= crowd.more_than + 1) answer = Answer::kLonely;
+  }
+  *queries = Queries();
 }
 
 /// Where the points of each bucket lie.
@@ -506,16 +677,6 @@ std::size_t WindowCounter::mostIn(const Spot& spot, double radius_per_range,
                 [&](int from, int to) { most += begin[to] - begin[from]; });
   }
   return most + (bucket_begin_.end()[-1] - bucket_begin_.end()[-2]);
-}
-
-/// A lower bound of each place's neighbours, where that can settle the question: empty where not.
-void WindowCounter::countAlongRows(const Crowd& crowd, std::vector<std::int32_t>* at_least) const {
-  const std::uint32_t end = bucket_begin_.back();
-  if (crowd.more_than >= 2 * kAlongRow || crowd.at_most < end) return;
-  const double k = crowd.radius_per_range;
-  at_least->resize(end);
-  countAlong(x_.data(), y_.data(), z_.data(), kPadding, end,
-             static_cast<float>(k * k * (1.0 - 4.0 * kScreenMargin)), at_least->data());
 }
 
 }  // namespace smoke_ground_reconstruction
