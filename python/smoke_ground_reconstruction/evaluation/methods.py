@@ -151,8 +151,8 @@ def _pipeline(load_params, engine="cpp"):
 
 
 def _segmented_ground(changes):
-    """The pipeline's segmented ground points claimed as the floor, and nothing more."""
-    pipeline = _pipeline(lambda: _params_class().from_dict(changes))
+    """The thesis's segmented ground points claimed as the floor, and nothing more."""
+    pipeline = _pipeline(lambda: _params_class().from_dict({**POLAR_SEGMENTS, **changes}))
 
     def run(scan, denoise):
         whole = pipeline(scan, denoise)
@@ -223,7 +223,7 @@ def _best_params():
 ORIGINAL_CHANNEL = {"segmenter": {"ground_range_step": "increasing"}}
 """The channel-based method without the thesis's 30 mm feature (Chu et al. 2017)."""
 
-_POLAR_SEGMENTS = {"reconstructor": {"method": "polar_segments"}}
+POLAR_SEGMENTS = {"reconstructor": {"method": "polar_segments"}}
 _ROOM_BOUNDARY = {"reconstructor": {"method": "room_boundary"}}
 
 METHODS = {
@@ -240,7 +240,7 @@ METHODS = {
             "polar_segments",
             "pipeline",
             "The thesis's method, printed parameters",
-            _pipeline(lambda: _params_class().from_dict(_POLAR_SEGMENTS)),
+            _pipeline(lambda: _params_class().from_dict(POLAR_SEGMENTS)),
         ),
         Method(
             "polar_segments_best",

@@ -11,6 +11,7 @@ import multiprocessing
 import yaml
 
 from smoke_ground_reconstruction.evaluation import figures, world
+from smoke_ground_reconstruction.evaluation.methods import POLAR_SEGMENTS
 from smoke_ground_reconstruction.evaluation.yardstick import score_floor
 from smoke_ground_reconstruction.params import Params
 from smoke_ground_reconstruction.pipeline import Pipeline
@@ -73,8 +74,8 @@ def tune(processes=2, say=print):
             found = pool.map(_iou, [(pose, seed, changes) for pose, seed in scans], chunksize=1)
             return sum(found) / len(found)
 
-        changes, best = {}, iou({})
-        before = best
+        changes = copy.deepcopy(POLAR_SEGMENTS)
+        before = best = iou(changes)
         say(f"printed defaults: IoU {before:.4f}")
         for _ in range(PASSES):
             start = best
