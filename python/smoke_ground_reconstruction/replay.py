@@ -39,6 +39,9 @@ OUTPUTS = {
     "reconstructor/markers": MarkerArray,
 }
 
+# room_boundary takes the raw scan alone: to listen to the other stages would only wake them.
+_OF_RECONSTRUCTOR = {n: kind for n, kind in OUTPUTS.items() if n.startswith("reconstructor/")}
+
 _START_DEADLINE = 60.0  # until the nodelets answer, and until they listen [s]
 _SILENCE = 20.0  # after the last scan, without which nothing more is expected [s]
 _POLL = 0.02  # between two looks at a condition [s]
@@ -94,15 +97,16 @@ def complaint(log: Iterable[str]) -> str:
     return " ".join(lines[max(start, 0) : start + 4]) or "nothing"
 
 
-def record(scans: Scans, output: str, rate: float) -> int:
-    """Plays scans to running nodelets and records all they publish. Once a process: rospy joins
-    one master only.
+def record(scans: Scans, output: str, rate: float, method: str) -> int:
+    """Plays scans to running nodelets and records all that those at work publish. Once a process:
+    rospy joins one master only.
 
     Parameters
     ----------
     scans : the scans of a bag
     output : bag to write
     rate : speed of the playback; 1 is real time
+    method : of the reconstruction, with which the nodelets were started
 
     Returns
     -------
@@ -116,8 +120,11 @@ def record(scans: Scans, output: str, rate: float) -> int:
     command = ["rosbag", "play", "--quiet", "--wait-for-subscribers", f"--rate={rate}"]
     command += [scans.path, "--topics", scans.topic]
     with replacing(output) as part, rosbag.Bag(part, "w") as bag:
-        recorder = _Recorder(bag)
-        if not _becomes_true(lambda: _chain_listens(scans.topic), _START_DEADLINE):
+        is_room = method == "room_boundary"
+        recorder = _Recorder(bag, _OF_RECONSTRUCTOR if is_room else OUTPUTS)
+        wanted = {scans.topic} | (set() if is_room else _topics_between())
+        listening = lambda: wanted <= _known_to_master(_SUBSCRIBED_TOPICS)  # noqa: E731
+        if not _becomes_true(listening, _START_DEADLINE):
             raise CommandError("the nodelets do not listen to their input")
         with running(command, subprocess.DEVNULL) as player:
             recorder.wait_for_floors(len(scans), player)
@@ -128,16 +135,16 @@ def record(scans: Scans, output: str, rate: float) -> int:
 
 
 class _Recorder:
-    """Writes every message of the output topics to a bag as it comes."""
+    """Writes every message of some topics to a bag as it comes."""
 
-    def __init__(self, bag: rosbag.Bag):
+    def __init__(self, bag: rosbag.Bag, outputs: Dict[str, Any]):
         self._bag = bag
         self._lock = threading.Lock()
-        self._counts = dict.fromkeys(OUTPUTS, 0)
+        self._counts = dict.fromkeys(outputs, 0)
         self._last_news = time.monotonic()
         self._subscribers = [
             rospy.Subscriber(f"{NAMESPACE}/{topic}", kind, self._write, topic, queue_size=100)
-            for topic, kind in OUTPUTS.items()
+            for topic, kind in outputs.items()
         ]
 
     def floors(self) -> int:
@@ -209,11 +216,10 @@ def _nodelets_answer() -> bool:
     return {f"{name}/set_parameters" for name in _stages()} <= _known_to_master(_SERVICES)
 
 
-def _chain_listens(topic: str) -> bool:
-    """Has each stage subscribed, now that somebody listens at the end?"""
+def _topics_between() -> Set[str]:
+    """What the stages subscribe to from one another."""
     denoiser, segmenter, _ = _stages()
-    wanted = {topic, f"{denoiser}/denoised", f"{segmenter}/ground", f"{segmenter}/walls"}
-    return wanted <= _known_to_master(_SUBSCRIBED_TOPICS)
+    return {f"{denoiser}/denoised", f"{segmenter}/ground", f"{segmenter}/walls"}
 
 
 def _stages() -> List[str]:

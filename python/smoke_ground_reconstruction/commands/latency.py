@@ -10,6 +10,7 @@ import numpy as np
 
 from smoke_ground_reconstruction.commands.options import add_pipeline, add_topic
 from smoke_ground_reconstruction.commands.replay import as_bag, launch_arguments
+from smoke_ground_reconstruction.commands.reconstruct import chosen_params
 from smoke_ground_reconstruction.console import CommandError, note
 
 
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
     plan = {"warm_up": 50, "compare": arguments.compare, "count": count, "rate": arguments.rate}
     with tempfile.TemporaryDirectory(prefix="smoke_ground_") as work:
         scans = as_bag(arguments.input, arguments.topic, work)
-        launch = launch_arguments(arguments, scans, work)
+        launch = launch_arguments(scans, chosen_params(arguments, scans), work)
         launch.update(cloud=latency.CLOUD, queue_size=arguments.queue_size)
         launch["manager_threads"] = arguments.threads
         with replay.own_master(), replay.nodelets(launch):

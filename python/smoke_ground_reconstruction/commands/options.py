@@ -4,6 +4,8 @@ import argparse
 
 import numpy as np
 
+from smoke_ground_reconstruction.params import RECONSTRUCTION_METHODS
+
 
 def add_topic(parser: argparse.ArgumentParser, of: str = "clouds") -> None:
     """--topic"""
@@ -16,7 +18,8 @@ def add_scan(parser: argparse.ArgumentParser, what: str = "only this scan") -> N
 
 
 def add_pipeline(parser: argparse.ArgumentParser) -> None:
-    """--sensor-height and --params: what decides a reconstruction."""
+    """--method, --sensor-height and --params: what decides a reconstruction."""
+    parser.add_argument("--method", choices=RECONSTRUCTION_METHODS, help="way of reconstruction")
     parser.add_argument(
         "--sensor-height",
         type=positive_metres,

@@ -12,7 +12,7 @@ from smoke_ground_reconstruction.height import HeightError, estimate_sensor_heig
 from smoke_ground_reconstruction.io import files, format_of
 from smoke_ground_reconstruction.io.clouds import LidarScan, floor_of_result
 from smoke_ground_reconstruction.parameter_files import read_groups
-from smoke_ground_reconstruction.params import RECONSTRUCTION_METHODS, Params
+from smoke_ground_reconstruction.params import Params
 
 # Scans from which the sensor's height is estimated: their median outvotes a person passing by.
 _HEIGHT_SCANS = 10
@@ -28,7 +28,6 @@ def add_parser(subparsers) -> None:
     )
     parser.add_argument("input", metavar="INPUT", help="scans of a LiDAR")
     parser.add_argument("output", metavar="OUTPUT", help="file for the floor")
-    parser.add_argument("--method", choices=RECONSTRUCTION_METHODS, help="way of reconstruction")
     add_pipeline(parser)
     add_topic(parser)
     add_scan(parser)
@@ -47,7 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
     format_of(arguments.output)
     scans = files.open_scans(arguments.input, arguments.topic, arguments.scan)
     files.check_room(arguments.input, scans, arguments.output, ["scan", "scans"])
-    params = _params(arguments, scans)
+    params = chosen_params(arguments, scans)
     results = _results(arguments, params, progress(scans, len(scans), "scan"))
     if format_of(arguments.output) == ".bag":
         _write_bag(arguments.output, results, params.reconstructor.sensor_height)
@@ -57,7 +56,14 @@ def run(arguments: argparse.Namespace) -> None:
         )
 
 
-def _params(arguments: argparse.Namespace, scans: Iterable[LidarScan]) -> Params:
+def chosen_params(arguments: argparse.Namespace, scans: Iterable[LidarScan]) -> Params:
+    """What the options of `add_pipeline` ask for; the height is estimated where none is given.
+
+    Raises
+    ------
+    OSError, ParameterFileError, ValueError : as `read_params`.
+    CommandError : as `estimated_height`.
+    """
     groups = read_groups(arguments.params) if arguments.params else {}
     reconstructor = groups.setdefault("reconstructor", {})
     if arguments.method is not None:

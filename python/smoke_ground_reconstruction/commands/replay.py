@@ -5,10 +5,10 @@ import tempfile
 from pathlib import Path
 
 from smoke_ground_reconstruction.commands.options import add_pipeline, add_topic
-from smoke_ground_reconstruction.commands.reconstruct import estimated_height
+from smoke_ground_reconstruction.commands.reconstruct import chosen_params
 from smoke_ground_reconstruction.console import CommandError, note
 from smoke_ground_reconstruction.io import files, format_of
-from smoke_ground_reconstruction.parameter_files import read_params
+from smoke_ground_reconstruction.params import Params
 
 
 def add_parser(subparsers) -> None:
@@ -17,7 +17,8 @@ def add_parser(subparsers) -> None:
         "replay",
         help="play scans through the nodelets and record what they publish",
         description="Starts the three nodelets, plays the scans in INPUT to them by `rosbag play` "
-        "and records their outputs in OUTPUT.bag, on a ROS master of its own.",
+        "and records in OUTPUT.bag what those publish that the method needs, on a ROS master of "
+        "its own.",
     )
     parser.add_argument("input", metavar="INPUT", help="scans of a LiDAR: .bag, .pcd or .npz")
     parser.add_argument("output", metavar="OUTPUT.bag", help="bag for the outputs")
@@ -46,10 +47,12 @@ def run(arguments: argparse.Namespace) -> None:
         raise CommandError(f"--rate must be above 0, is {arguments.rate:g}")
     with tempfile.TemporaryDirectory(prefix="smoke_ground_") as work:
         scans = as_bag(arguments.input, arguments.topic, work)
-        launch = launch_arguments(arguments, scans, work)
+        params = chosen_params(arguments, scans)
+        launch = launch_arguments(scans, params, work)
         launch.update(denoiser=arguments.denoiser, reconstructor=arguments.reconstructor)
         with replay.own_master(), replay.nodelets(launch):
-            floors = replay.record(scans, arguments.output, arguments.rate)
+            method = params.reconstructor.method
+            floors = replay.record(scans, arguments.output, arguments.rate, method)
     note(f"{floors} of {len(scans)} scans came out as floors in {arguments.output}")
 
 
@@ -62,11 +65,8 @@ def as_bag(path: str, topic: str, work: str):
     return files.open_scans(target)
 
 
-def launch_arguments(arguments: argparse.Namespace, scans, work: str) -> dict:
-    """Arguments of the launch file, by name, of a command with the options of a pipeline."""
-    height = arguments.sensor_height or estimated_height(arguments.input, scans)
-    launch = {"cloud": scans.topic, "sensor_height": height, "respawn": "false"}
-    if arguments.params:
-        launch["params"] = str(Path(work) / "params.yaml")
-        read_params([arguments.params]).to_yaml(launch["params"])
-    return launch
+def launch_arguments(scans, params: Params, work: str) -> dict:
+    """Arguments of the launch file, by name; writes the parameters into the folder `work`."""
+    path = str(Path(work) / "params.yaml")
+    params.to_yaml(path)
+    return {"cloud": scans.topic, "params": path, "respawn": "false"}
