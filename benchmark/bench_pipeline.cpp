@@ -13,8 +13,10 @@ void process(benchmark::State& state, const PipelineParams& params, const Engine
   for (auto _ : state) benchmark::DoNotOptimize(pipeline.process(scene.packedView()));
 }
 
+/// The stages of the thesis.
 PipelineParams unlimitedClusters() {
   PipelineParams params;
+  params.reconstructor.method = ReconstructionMethod::kPolarSegments;
   params.segmenter.clustering.max_cluster_size = 0;
   return params;
 }

@@ -156,6 +156,7 @@ std::vector<Stage> ourStages() {
                       rasterize(input->surface, input->walls->view(), Mounting(), 0.1);
                     }});
   PipelineParams params;
+  params.reconstructor.method = ReconstructionMethod::kPolarSegments;
   params.segmenter.clustering.cluster_engine = ClusterEngine::kGrid;
   stages.push_back(whole("window, grid", params, Engines()));
   params.reconstructor.method = ReconstructionMethod::kRoomBoundary;
@@ -175,6 +176,7 @@ std::vector<Stage> referenceStages() {
   stages.push_back(clusterer(0.05, "PCL", findComponentsWithPcl));
   stages.push_back(clusterer(0.20, "PCL", findComponentsWithPcl));
   PipelineParams params;
+  params.reconstructor.method = ReconstructionMethod::kPolarSegments;
   params.denoiser.engine = DenoiserEngine::kKdTree;
   stages.push_back(whole("PCL", params, pclEngines()));
 #endif

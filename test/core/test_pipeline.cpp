@@ -16,9 +16,10 @@ namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// The grid engine, and clusters of any size: no PCL, no wall dropped.
+/// The thesis's method with the grid engine and clusters of any size: no PCL, no wall dropped.
 PipelineParams gridParams() {
   PipelineParams params;
+  params.reconstructor.method = ReconstructionMethod::kPolarSegments;
   params.segmenter.clustering.cluster_engine = ClusterEngine::kGrid;
   params.segmenter.clustering.cluster_tolerance = 0.3;
   params.segmenter.clustering.max_cluster_size = 0;

@@ -139,13 +139,14 @@ TEST(FindComponentsWithPcl, LinksPointsInTheSamePlace) {
   expectSamePartition(params, cloud);
 }
 
-TEST(PclEngines, ServeThePipelineWithItsDefaults) {
+TEST(PclEngines, ServeTheStagesOfTheThesisWithTheirDefaults) {
   BoxRoom room;
   room.elevations_deg = evenElevations(31, -50.0, 25.0);
   const Cloud cloud = room.scan();
-  const PipelineParams params;  // kdtree clustering of 50 to 5000 points, tolerance 0.05 m
+  PipelineParams params;  // kdtree clustering of 50 to 5000 points, tolerance 0.05 m
+  params.reconstructor.method = ReconstructionMethod::kPolarSegments;
   const auto result = Pipeline(params, pclEngines()).process(cloud.view());
-  PipelineParams grid;
+  PipelineParams grid = params;
   grid.segmenter.clustering.cluster_engine = ClusterEngine::kGrid;
   EXPECT_EQ(Pipeline(grid).process(cloud.view()).clusters, result.clusters);
 }

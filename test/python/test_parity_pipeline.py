@@ -24,6 +24,7 @@ from rooms import (
     view_of,
 )
 from smoke_ground_reconstruction import Params, Pipeline
+from smoke_ground_reconstruction.params import RECONSTRUCTION_METHODS
 
 NOISE, GROUND = 2, 3
 
@@ -49,13 +50,19 @@ def assert_parity(view, params=None, **mounting):
 
 
 def room_params():
-    """Wall clusters of the coarse test rooms."""
-    return Params.from_dict({"segmenter": {"cluster_tolerance": 0.2, "max_cluster_size": 0}})
+    """All stages of the thesis, with wall clusters of the coarse test rooms."""
+    return Params.from_dict({
+        "segmenter": {"cluster_tolerance": 0.2, "max_cluster_size": 0},
+        "reconstructor": {"method": "polar_segments"},
+    })  # fmt: skip
 
 
+@pytest.mark.parametrize("method", RECONSTRUCTION_METHODS)
 @pytest.mark.parametrize("seed", range(10))
-def test_seeded_rooms(core, seed):
-    result = assert_parity(seeded_cloud(seed), room_params())
+def test_seeded_rooms(core, seed, method):
+    params = room_params()
+    params.reconstructor.method = method
+    result = assert_parity(seeded_cloud(seed), params)
     assert len(result.surface) > 0
 
 
@@ -84,8 +91,10 @@ def test_known_beams(core):
     assert_same_result(*(pipeline.process(*seeded_cloud(0)) for pipeline in pipelines))
 
 
-def test_real_scans(core, every_real_scan):
-    result = assert_parity(read_scan(every_real_scan))
+@pytest.mark.parametrize("method", RECONSTRUCTION_METHODS)
+def test_real_scans(core, every_real_scan, method):
+    params = Params.from_dict({"reconstructor": {"method": method}})
+    result = assert_parity(read_scan(every_real_scan), params)
     assert len(result.surface) > 0
 
 
@@ -101,13 +110,14 @@ POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE, st.sampled_from([0, 1, 2, 
 @given(
     points=st.lists(POINT, max_size=50),
     angles_deg=st.sampled_from([(0.0, 0.0), (3.0, -11.0), (90.0, 0.0)]),
+    method=st.sampled_from(RECONSTRUCTION_METHODS),
 )
-def test_odd_clouds(core, points, angles_deg):
+def test_odd_clouds(core, points, angles_deg, method):
     table = np.array(points, np.float64).reshape(-1, 4)
     params = Params.from_dict({
         "denoiser": {"alpha": 0.5, "theta_deg": 1.0, "min_neighbors": 2},
         "segmenter": {"column_width_deg": 10.0, "cluster_tolerance": 0.6, "min_cluster_size": 1},
-        "reconstructor": {"min_wall_points": 1},
+        "reconstructor": {"min_wall_points": 1, "method": method},
     })  # fmt: skip
     view = view_of(table[:, :3], intensity=0.0, ring=table[:, 3])
     assert_parity(view, params, rotation=tilt(*angles_deg))
@@ -119,7 +129,8 @@ def test_the_denoiser_works_in_the_sensor_s_frame(core, engine):
     levelled, rounding would move some of them inside."""
     axis = np.arange(-4.0, 5.0)
     lattice = np.stack(np.meshgrid(axis, axis, axis), axis=-1).reshape(-1, 3)
-    params = Params.from_dict({"denoiser": {"alpha": 0.5, "theta_deg": 1.0, "min_neighbors": 0}})
+    params = room_params()
+    params.denoiser.theta_deg, params.denoiser.min_neighbors = 1.0, 0
     view = view_of(lattice, intensity=0.0)
     result = Pipeline(params, engine).process(*view, rotation=tilt(3.0, -11.0))
     at_two_metres = np.linalg.norm(lattice, axis=1) == 2.0
@@ -135,7 +146,7 @@ def test_hardly_any_points(core, count):
 
 def test_one_ring(core):
     view = seeded_cloud(0)
-    result = assert_parity(view.select(view.ring == 7))
+    result = assert_parity(view.select(view.ring == 7), room_params())  # no pair, no wall
     assert len(result.surface) == 0
 
 
@@ -214,9 +225,11 @@ def test_the_reference_works_without_the_compiled_module():
     program = (
         "import sys, numpy\n"
         "sys.modules['smoke_ground_reconstruction._core'] = None\n"  # importing it fails
-        "from smoke_ground_reconstruction import Pipeline\n"
+        "from smoke_ground_reconstruction import Params, Pipeline\n"
+        "params = Params.from_dict({'reconstructor': {'method': 'polar_segments'}})\n"
         "xyz = numpy.array([[2.0, 0.0, -0.7], [2.3, 0.0, -0.7]])\n"
-        "result = Pipeline(engine='python').process(xyz, numpy.full(2, 50.0), numpy.arange(2))\n"
+        "pipeline = Pipeline(params, engine='python')\n"
+        "result = pipeline.process(xyz, numpy.full(2, 50.0), numpy.arange(2))\n"
         "assert result.labels.tolist() == [3, 1]\n"
     )
     source = str(Path(smoke_ground_reconstruction.__file__).parents[1])
