@@ -17,7 +17,7 @@ enum class ReconstructionMethod { kPolarSegments, kRoomBoundary };
 
 /// Parameters of the last stage, whatever the method.
 struct ReconstructorParams {
-  ReconstructionMethod method = ReconstructionMethod::kPolarSegments;
+  ReconstructionMethod method = ReconstructionMethod::kRoomBoundary;
   double sensor_height = 0.70;        ///< of the sensor above the floor [m]
   double occupancy_resolution = 0.1;  ///< edge of a cell of the occupancy grid [m]
   PolarSegmentsParams polar_segments;

@@ -189,7 +189,7 @@ class RoomBoundaryParams:
 
 @dataclass
 class _OutputParams:
-    method: str = "polar_segments"
+    method: str = "room_boundary"
     sensor_height: float = 0.70  #: of the sensor above the floor [m]
     occupancy_resolution: float = 0.1  #: edge of a cell of the occupancy grid [m]
 

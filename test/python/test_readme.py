@@ -39,6 +39,7 @@ def test_the_commands_of_the_command_line_run_one_after_the_other(tmp_path):
         "room.npz",
         "floor.npz",
         "best.bag",
+        "thesis.bag",
         "floor.png",
         "room.bag",
         "floor.bag",

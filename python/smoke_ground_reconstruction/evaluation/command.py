@@ -7,7 +7,7 @@ from pathlib import Path
 
 from smoke_ground_reconstruction.console import CommandError, note, progress
 
-DEFAULT_METHODS = ("raw_cloud", "polar_segments")
+DEFAULT_METHODS = ("raw_cloud", "polar_segments", "room_boundary")
 SENSOR = "qt128"
 
 
