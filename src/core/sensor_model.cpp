@@ -21,13 +21,15 @@ bool tellsElevation(const ScanView& scan, std::size_t i) {
          scan.ring[i] != SensorModel::kNoRank;
 }
 
-/// How many points each ring has, whatever they tell.
+/// How many points each ring has that may tell its elevation: all but those on the vertical axis,
+/// which drivers fill up with where nothing came back.
 void countByRing(const ScanView& scan, std::vector<std::size_t>* points) {
   for (std::size_t i = 0; i < scan.size; ++i) {
     const std::uint16_t ring = scan.ring[i];
     if (ring == SensorModel::kNoRank) continue;
     if (ring >= points->size()) points->resize(ring + 1U);
-    ++(*points)[ring];
+    (*points)[ring] +=
+        static_cast<std::size_t>(scan.x[i] != 0.0F) | static_cast<std::size_t>(scan.y[i] != 0.0F);
   }
 }
 
