@@ -8,6 +8,7 @@
 #include "smoke_ground_reconstruction/pcl/engines.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
+#include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/ros/tunable_params.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -49,10 +50,12 @@ class DenoiserNodelet : public LazyNodelet {
     timing.finish("denoise", cloud.size(), kept);
 
     const auto rings = missingRing(cloud);
-    publishIfHeard(denoised_pub_, timing,
-                   [&] { return selectPoints(cloud, labels, Label::kKept, rings); });
-    publishIfHeard(noise_pub_, timing,
-                   [&] { return selectPoints(cloud, labels, Label::kNoise, rings); });
+    publishIfHeard(denoised_pub_, timing, [&] {
+      return selectPoints(cloud, labels, Label::kKept, rings, denoised_pool_.take());
+    });
+    publishIfHeard(noise_pub_, timing, [&] {
+      return selectPoints(cloud, labels, Label::kNoise, rings, noise_pool_.take());
+    });
     timing.finish("publish", kept, kept);
     return {cloud.size(), kept};
   }
@@ -60,6 +63,7 @@ class DenoiserNodelet : public LazyNodelet {
   std::unique_ptr<TunableParams<DenoiserConfig>> params_;
   ros::Publisher denoised_pub_;
   ros::Publisher noise_pub_;
+  MessagePool<sensor_msgs::PointCloud2> denoised_pool_, noise_pool_;
   ros::Subscriber input_sub_;
 };
 

@@ -16,6 +16,7 @@
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/floor_markers.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
+#include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/ros/mounting_source.hpp"
 #include "smoke_ground_reconstruction/ros/room_findings.hpp"
 #include "smoke_ground_reconstruction/ros/sensor_models.hpp"
@@ -123,9 +124,12 @@ class ReconstructorNodelet : public LazyNodelet {
     timing.told(room_.visibility);
     tellOfRoom(mounting.sensor_height);
 
-    PointSelection walls;
-    walls.appendAll(cloud.scan(), room_.labels, Label::kWall);
-    publishFloor(raw.header, room_.surface, walls.view(), mounting, *params, timing);
+    const auto grid = [&] {
+      PointSelection walls;
+      walls.appendAll(cloud.scan(), room_.labels, Label::kWall);
+      return rasterize(room_.surface, walls.view(), mounting, params->occupancy_resolution);
+    };
+    publishFloor(raw.header, room_.surface, mounting, grid, timing);
     return {cloud.size(), room_.surface.size()};
   }
 
@@ -156,21 +160,23 @@ class ReconstructorNodelet : public LazyNodelet {
             .reconstruct(ground_view.scan(), walls_view.scan(), sensor, mounting);
     timing.finish("reconstruct", ground_view.size() + walls_view.size(), surface.size());
 
-    publishFloor(raw.header, surface, walls_view.scan(), mounting, *params, timing);
+    const auto grid = [&] {
+      return rasterize(surface, walls_view.scan(), mounting, params->occupancy_resolution);
+    };
+    publishFloor(raw.header, surface, mounting, grid, timing);
     return {scan.size(), surface.size()};
   }
 
+  /// \param make_grid  makes the occupancy grid, called where somebody listens for it.
+  template <typename MakeGrid>
   void publishFloor(const std_msgs::Header& header, const FloorSurface& surface,
-                    const ScanView& walls, const Mounting& mounting,
-                    const ReconstructorParams& params, StageTiming& timing) {
-    publishIfHeard(surface_pub_, timing, [&] { return toSurfaceMsg(header, surface); });
+                    const Mounting& mounting, const MakeGrid& make_grid, StageTiming& timing) {
+    publishIfHeard(surface_pub_, timing,
+                   [&] { return toSurfaceMsg(header, surface, surface_pool_.take()); });
     publishIfHeard(boundary_pub_, [&] { return toBoundaryMsg(header, surface.boundary); });
     publishIfHeard(polygon_pub_, [&] { return toPolygonMsg(header, surface.boundary); });
     publishIfHeard(markers_pub_, [&] { return toMarkers(header, surface.boundary, mounting); });
-    publishIfHeard(occupancy_pub_, [&] {
-      return toOccupancyMsg(
-          header, rasterize(surface, walls, mounting, params.occupancy_resolution), mounting);
-    });
+    publishIfHeard(occupancy_pub_, [&] { return toOccupancyMsg(header, make_grid(), mounting); });
     timing.finish("publish", surface.size(), surface.size());
   }
 
@@ -184,6 +190,7 @@ class ReconstructorNodelet : public LazyNodelet {
   std::unique_ptr<MountingSource> mounting_;
   std::unique_ptr<TunableParams<ReconstructorConfig>> params_;
   ros::Publisher surface_pub_, occupancy_pub_, boundary_pub_, polygon_pub_, markers_pub_;
+  MessagePool<PointCloud2> surface_pool_;
   message_filters::Subscriber<PointCloud2> raw_sub_, ground_sub_, walls_sub_;
   std::unique_ptr<Synchronizer> sync_;
   ros::Subscriber raw_alone_sub_;

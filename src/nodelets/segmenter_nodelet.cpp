@@ -9,6 +9,7 @@
 #include "smoke_ground_reconstruction/pcl/engines.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
+#include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/ros/mounting_source.hpp"
 #include "smoke_ground_reconstruction/ros/sensor_models.hpp"
 #include "smoke_ground_reconstruction/ros/tunable_params.hpp"
@@ -93,11 +94,13 @@ class SegmenterNodelet : public LazyNodelet {
   void publish(const CloudView& cloud, const std::vector<Label>& labels,
                const std::vector<std::uint32_t>& clusters, StageTiming& timing) {
     auto fields = missingRing(cloud);
-    publishIfHeard(ground_pub_, timing,
-                   [&] { return selectPoints(cloud, labels, Label::kGround, fields); });
+    publishIfHeard(ground_pub_, timing, [&] {
+      return selectPoints(cloud, labels, Label::kGround, fields, ground_pool_.take());
+    });
     fields.push_back(AppendedField::of("cluster", clusters));
-    publishIfHeard(walls_pub_, timing,
-                   [&] { return selectPoints(cloud, labels, Label::kWall, fields); });
+    publishIfHeard(walls_pub_, timing, [&] {
+      return selectPoints(cloud, labels, Label::kWall, fields, walls_pool_.take());
+    });
   }
 
   std::unique_ptr<SensorModels> sensors_;
@@ -105,6 +108,7 @@ class SegmenterNodelet : public LazyNodelet {
   std::unique_ptr<TunableParams<SegmenterConfig>> params_;
   ros::Publisher ground_pub_;
   ros::Publisher walls_pub_;
+  MessagePool<sensor_msgs::PointCloud2> ground_pool_, walls_pool_;
   ros::Subscriber input_sub_;
 };
 

@@ -3,7 +3,6 @@
 #include <sensor_msgs/PointField.h>
 
 #include <algorithm>
-#include <boost/make_shared.hpp>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -114,16 +113,15 @@ void convertFrom(std::uint8_t datatype, const std::uint8_t* first, std::size_t s
 
 bool isInteger(std::uint8_t datatype) { return datatype <= PointField::UINT32; }
 
-std::vector<std::uint16_t> narrowed(const std::vector<std::int64_t>& rings) {
-  std::vector<std::uint16_t> narrow(rings.size());
+void narrow(const std::vector<std::int64_t>& rings, std::vector<std::uint16_t>* narrowed) {
+  narrowed->resize(rings.size());
   for (std::size_t i = 0; i < rings.size(); ++i) {
     if (rings[i] < 0 || rings[i] > std::numeric_limits<std::uint16_t>::max()) {
       refuse("ring " + std::to_string(rings[i]) + " of point " + std::to_string(i) +
              " is outside 0..65535");
     }
-    narrow[i] = static_cast<std::uint16_t>(rings[i]);
+    (*narrowed)[i] = static_cast<std::uint16_t>(rings[i]);
   }
-  return narrow;
 }
 
 PointField appendedField(const PointCloud2& cloud, const AppendedField& appended,
@@ -139,10 +137,9 @@ PointField appendedField(const PointCloud2& cloud, const AppendedField& appended
   return field;
 }
 
-// The frame of a cut cloud: all but its points.
-sensor_msgs::PointCloud2Ptr emptyLike(const PointCloud2& cloud,
-                                      const std::vector<AppendedField>& appended) {
-  auto cut = boost::make_shared<PointCloud2>();
+// Gives a cut cloud all but its points.
+void frameLike(const PointCloud2& cloud, const std::vector<AppendedField>& appended,
+               PointCloud2* cut) {
   cut->header = cloud.header;
   cut->fields = cloud.fields;
   cut->point_step = cloud.point_step;
@@ -153,18 +150,26 @@ sensor_msgs::PointCloud2Ptr emptyLike(const PointCloud2& cloud,
   cut->height = 1;
   cut->is_bigendian = false;
   cut->is_dense = true;  // a label other than kInvalid is given to finite points alone
-  return cut;
 }
 
-// Copies a point with its appended values; returns where the next one goes.
-std::uint8_t* copyPoint(const CloudView& cloud, std::size_t index,
-                        const std::vector<AppendedField>& appended, std::uint8_t* to) {
-  std::memcpy(to, cloud.point(index), cloud.message().point_step);
-  to += cloud.message().point_step;
-  for (const AppendedField& field : appended) {
-    std::memcpy(to, static_cast<const std::uint8_t*>(field.values) + index * field.size,
-                field.size);
-    to += field.size;
+// Copies the points [begin, end); returns where the next one goes.
+std::uint8_t* copyPoints(const CloudView& cloud, std::size_t begin, std::size_t end,
+                         std::uint8_t* to) {
+  const std::size_t bytes = (end - begin) * cloud.message().point_step;
+  std::memcpy(to, cloud.point(begin), bytes);
+  return to + bytes;
+}
+
+// Copies the points [begin, end), each with its appended values.
+std::uint8_t* copyPoints(const CloudView& cloud, std::size_t begin, std::size_t end,
+                         const std::vector<AppendedField>& appended, std::uint8_t* to) {
+  for (std::size_t i = begin; i < end; ++i) {
+    to = copyPoints(cloud, i, i + 1, to);
+    for (const AppendedField& field : appended) {
+      const auto* const values = static_cast<const std::uint8_t*>(field.values);
+      std::memcpy(to, values + i * field.size, field.size);
+      to += field.size;
+    }
   }
   return to;
 }
@@ -255,9 +260,9 @@ void CloudView::readRing() {
     scan_.ring = StridedField<std::uint16_t>(first, cloud_.point_step);
     return;
   }
-  std::vector<std::int64_t> wide(scan_.size);
+  Recycled<std::int64_t> wide(scan_.size);
   convertFrom(field->datatype, first, cloud_.point_step, wide);
-  converted_rings_ = narrowed(wide);
+  narrow(wide, &converted_rings_);
   scan_.ring = StridedField<std::uint16_t>(converted_rings_.data(), sizeof(std::uint16_t));
 }
 
@@ -270,15 +275,21 @@ AppendedField AppendedField::of(const std::string& name, const std::vector<std::
 }
 
 sensor_msgs::PointCloud2Ptr selectPoints(const CloudView& cloud, const std::vector<Label>& labels,
-                                         Label label, const std::vector<AppendedField>& appended) {
-  const auto cut = emptyLike(cloud.message(), appended);
+                                         Label label, const std::vector<AppendedField>& appended,
+                                         const sensor_msgs::PointCloud2Ptr& cut) {
+  frameLike(cloud.message(), appended, cut.get());
   const auto count = std::count(labels.begin(), labels.end(), label);
   cut->width = static_cast<std::uint32_t>(count);
   cut->row_step = cut->width * cut->point_step;
   cut->data.resize(cut->row_step);
   std::uint8_t* to = cut->data.data();
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (labels[i] == label) to = copyPoint(cloud, i, appended, to);
+  for (std::size_t end = 0; end < labels.size();) {  // neighbours go together
+    std::size_t begin = end;
+    while (begin < labels.size() && labels[begin] != label) ++begin;
+    end = begin;
+    while (end < labels.size() && labels[end] == label) ++end;
+    to = appended.empty() ? copyPoints(cloud, begin, end, to)
+                          : copyPoints(cloud, begin, end, appended, to);
   }
   return cut;
 }

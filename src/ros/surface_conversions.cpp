@@ -4,9 +4,10 @@
 
 #include <Eigen/Geometry>
 #include <array>
-#include <boost/make_shared.hpp>
+#include <cstddef>
 #include <cstring>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace smoke_ground_reconstruction {
@@ -27,11 +28,42 @@ PointField makeField(const char* name, std::size_t offset, std::uint8_t datatype
   return field;
 }
 
+std::vector<PointField> makeSurfaceFields() {
+  return {makeField("x", kX, PointField::FLOAT32),
+          makeField("y", kY, PointField::FLOAT32),
+          makeField("z", kZ, PointField::FLOAT32),
+          makeField("intensity", kIntensity, PointField::FLOAT32),
+          makeField("ring", kRing, PointField::UINT16),
+          makeField("provenance", kProvenance, PointField::UINT8),
+          makeField("confidence", kConfidence, PointField::FLOAT32),
+          makeField("sigma", kSigma, PointField::FLOAT32)};
+}
+
 template <typename Value>
-void writeField(std::vector<std::uint8_t>& data, std::size_t offset,
-                const std::vector<Value>& values) {
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    std::memcpy(&data[i * kPointStep + offset], &values[i], sizeof(Value));
+void put(std::uint8_t* to, Value value) {
+  std::memcpy(to, &value, sizeof(value));
+}
+
+// Point by point, for the message is read and written once. The pointers are taken out of the loop,
+// since the compiler must take each written byte for a part of them.
+void writePoints(const FloorSurface& surface, std::uint8_t* to) {
+  const float *const x = surface.x.data(), *const y = surface.y.data(), *const z = surface.z.data(),
+                     *const intensity = surface.intensity.data(),
+                     *const sigma = surface.sigma.data(),
+                     *const confidence = surface.confidence.data();
+  const std::uint16_t* const ring = surface.ring.data();
+  const Provenance* const provenance = surface.provenance.data();
+  const bool has_sigma = !surface.sigma.empty();
+  const std::size_t size = surface.size();
+  for (std::size_t i = 0; i < size; ++i, to += kPointStep) {
+    put(to + kX, x[i]);
+    put(to + kY, y[i]);
+    put(to + kZ, z[i]);
+    put(to + kIntensity, intensity[i]);
+    put(to + kRing, ring[i]);
+    put(to + kProvenance, static_cast<std::uint16_t>(provenance[i]));  // and the gap behind it
+    put(to + kConfidence, confidence[i]);
+    put(to + kSigma, has_sigma ? sigma[i] : std::numeric_limits<float>::quiet_NaN());
   }
 }
 
@@ -67,40 +99,22 @@ geometry_msgs::Pose cornerPose(const OccupancyGrid& grid, const Mounting& mounti
 }  // namespace
 
 sensor_msgs::PointCloud2Ptr toSurfaceMsg(const std_msgs::Header& header,
-                                         const FloorSurface& surface) {
-  auto cloud = boost::make_shared<sensor_msgs::PointCloud2>();
+                                         const FloorSurface& surface,
+                                         const sensor_msgs::PointCloud2Ptr& cloud) {
   cloud->header = header;
-  cloud->fields = {makeField("x", kX, PointField::FLOAT32),
-                   makeField("y", kY, PointField::FLOAT32),
-                   makeField("z", kZ, PointField::FLOAT32),
-                   makeField("intensity", kIntensity, PointField::FLOAT32),
-                   makeField("ring", kRing, PointField::UINT16),
-                   makeField("provenance", kProvenance, PointField::UINT8),
-                   makeField("confidence", kConfidence, PointField::FLOAT32),
-                   makeField("sigma", kSigma, PointField::FLOAT32)};
+  cloud->fields = makeSurfaceFields();
+  cloud->is_bigendian = false;
   cloud->point_step = kPointStep;
   cloud->height = 1;
   cloud->width = static_cast<std::uint32_t>(surface.size());
   cloud->row_step = cloud->width * cloud->point_step;
   cloud->is_dense = true;
   cloud->data.resize(cloud->row_step);
-  writeField(cloud->data, kX, surface.x);
-  writeField(cloud->data, kY, surface.y);
-  writeField(cloud->data, kZ, surface.z);
-  writeField(cloud->data, kIntensity, surface.intensity);
-  writeField(cloud->data, kRing, surface.ring);
-  writeField(cloud->data, kProvenance, surface.provenance);
-  writeField(cloud->data, kConfidence, surface.confidence);
-  if (surface.sigma.empty()) {
-    const float none = std::numeric_limits<float>::quiet_NaN();
-    writeField(cloud->data, kSigma, std::vector<float>(surface.size(), none));
-  } else {
-    writeField(cloud->data, kSigma, surface.sigma);
-  }
+  writePoints(surface, cloud->data.data());
   return cloud;
 }
 
-nav_msgs::OccupancyGridPtr toOccupancyMsg(const std_msgs::Header& header, const OccupancyGrid& grid,
+nav_msgs::OccupancyGridPtr toOccupancyMsg(const std_msgs::Header& header, OccupancyGrid grid,
                                           const Mounting& mounting) {
   auto message = boost::make_shared<nav_msgs::OccupancyGrid>();
   message->header = header;
@@ -109,7 +123,7 @@ nav_msgs::OccupancyGridPtr toOccupancyMsg(const std_msgs::Header& header, const 
   message->info.width = static_cast<std::uint32_t>(grid.width);
   message->info.height = static_cast<std::uint32_t>(grid.height);
   message->info.origin = cornerPose(grid, mounting);
-  message->data = grid.cells;
+  message->data = std::move(grid.cells);
   return message;
 }
 

@@ -260,6 +260,50 @@ TEST(SelectPoints, GivesAnEmptyCloudWhereNothingIsLeft) {
   EXPECT_EQ(cut->fields.size(), 5U);
 }
 
+// All neighbours, every second, none, from the first to the last.
+TEST(SelectPoints, TakesRunsOfAnyLength) {
+  const PointCloud2 cloud = makeCloud();
+  const CloudView view(cloud);
+  const std::vector<std::uint32_t> clusters = {7, 8, 9};
+  for (unsigned chosen = 0; chosen < 8; ++chosen) {
+    std::vector<Label> labels(3, Label::kNoise);
+    std::vector<std::uint16_t> rings;
+    for (std::uint16_t i = 0; i < 3; ++i) {
+      if ((chosen >> i & 1U) == 0) continue;
+      labels[i] = Label::kKept;
+      rings.push_back(static_cast<std::uint16_t>(40 + i));
+    }
+    for (const auto& appended :
+         {std::vector<AppendedField>{}, {AppendedField::of("cluster", clusters)}}) {
+      const auto cut = selectPoints(view, labels, Label::kKept, appended);
+      const CloudView cut_view(*cut);
+      ASSERT_EQ(cut_view.size(), rings.size());
+      for (std::size_t i = 0; i < rings.size(); ++i) EXPECT_EQ(cut_view.scan().ring[i], rings[i]);
+    }
+  }
+}
+
+TEST(SelectPoints, OverwritesAMessageThatHeldAnother) {
+  const PointCloud2 cloud = makeCloud();
+  const CloudView view(cloud);
+  const std::vector<std::uint32_t> clusters = {7, 8, 9};
+  const auto message = selectPoints(view, std::vector<Label>(3, Label::kKept), Label::kKept,
+                                    {AppendedField::of("cluster", clusters)});
+  message->is_bigendian = true;
+  const std::uint8_t* const memory = message->data.data();
+  const std::vector<Label> labels = {Label::kWall, Label::kNoise, Label::kWall};
+  const auto again = selectPoints(view, labels, Label::kWall, {}, message);
+  const auto fresh = selectPoints(view, labels, Label::kWall);
+  EXPECT_EQ(again, message);
+  EXPECT_EQ(again->data.data(), memory);
+  EXPECT_EQ(ros::serialization::serializationLength(*again),
+            ros::serialization::serializationLength(*fresh));
+  EXPECT_EQ(again->data, fresh->data);
+  EXPECT_EQ(describeFields(*again), describeFields(*fresh));
+  EXPECT_EQ(again->row_step, fresh->row_step);
+  EXPECT_FALSE(again->is_bigendian);
+}
+
 TEST(MissingRing, IsAppendedOnlyWhereTheDriverSendsNone) {
   PointCloud2 cloud = makeCloud();
   EXPECT_TRUE(missingRing(CloudView(cloud)).empty());

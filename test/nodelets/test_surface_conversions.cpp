@@ -54,6 +54,24 @@ TEST(SurfaceMessage, HasTheAgreedLayout) {
   EXPECT_EQ((StridedField<float>(view.point(0) + 24, 28)[1]), 0.02F);
 }
 
+TEST(SurfaceMessage, StatesNoSigmaInTheMemoryOfOneThatDid) {
+  FloorSurface surface;
+  surface.push({1, 2, 3}, 4, 5, Provenance::kReconstructed, 0.5F);
+  surface.push({1, 2, 3}, 4, 5, Provenance::kReconstructed, 0.5F);
+  surface.sigma = {0.01F, 0.02F};
+  const auto message = toSurfaceMsg(makeHeader(), surface);
+  const std::uint8_t* const memory = message->data.data();
+  surface.clear();
+  surface.push({7, 8, 9}, 6, 5, Provenance::kMeasuredBefore, 0.25F);
+  EXPECT_EQ(toSurfaceMsg(makeHeader(), surface, message)->data.data(), memory);
+  const CloudView view(*message);
+  ASSERT_EQ(view.size(), 1U);
+  EXPECT_EQ(message->data.size(), 28U);
+  EXPECT_EQ(view.scan().z[0], 9.0F);
+  EXPECT_EQ(view.point(0)[18], 2);
+  EXPECT_TRUE(std::isnan(StridedField<float>(view.point(0) + 24, 28)[0]));
+}
+
 TEST(OccupancyMessage, LiesOnTheFloorOfALevelSensor) {
   OccupancyGrid grid;
   grid.resolution = 0.5;

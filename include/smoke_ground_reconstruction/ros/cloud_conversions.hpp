@@ -3,12 +3,14 @@
 #include <sensor_msgs/PointCloud2.h>
 
 #include <array>
+#include <boost/make_shared.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "smoke_ground_reconstruction/label.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/scan_view.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -21,7 +23,8 @@ std::string describeFields(const sensor_msgs::PointCloud2& cloud);
 /// Fields are found by name and datatype: x, y, z as FLOAT32 or FLOAT64, `intensity` as any
 /// number, `ring` as any integer. Fields may be unaligned, points may be organised in rows with
 /// padding. Float coordinates and 16-bit rings are read where they lie; other types, and rows with
-/// padding, are converted once. The message must outlive the view.
+/// padding, are converted once, in memory kept from view to view. The message must outlive the
+/// view.
 class CloudView {
  public:
   /// \throws std::invalid_argument on a size that contradicts row_step, point_step or the data, on
@@ -53,9 +56,9 @@ class CloudView {
 
   const sensor_msgs::PointCloud2& cloud_;
   const std::uint8_t* points_ = nullptr;
-  std::vector<std::uint8_t> packed_;  // rows without their padding
-  std::array<std::vector<float>, 4> converted_;
-  std::vector<std::uint16_t> converted_rings_;
+  Recycled<std::uint8_t> packed_;  // rows without their padding
+  std::array<Recycled<float>, 4> converted_;
+  Recycled<std::uint16_t> converted_rings_;
   std::vector<std::uint16_t> derived_rings_;
   ScanView scan_;
   bool has_ring_ = true;
@@ -72,13 +75,15 @@ struct AppendedField {
   static AppendedField of(const std::string& name, const std::vector<std::uint32_t>& values);
 };
 
-/// The points of one label as a new cloud: same header, same fields, same order, height 1.
+/// The points of one label as a cloud: same header, same fields, same order, height 1.
 /// \param labels  one per point of the cloud.
 /// \param appended  fields added after the cloud's own.
+/// \param cut  overwritten and returned; its memory is used.
 /// \throws std::invalid_argument where the cloud has a field of an appended name already.
-sensor_msgs::PointCloud2Ptr selectPoints(const CloudView& cloud, const std::vector<Label>& labels,
-                                         Label label,
-                                         const std::vector<AppendedField>& appended = {});
+sensor_msgs::PointCloud2Ptr selectPoints(
+    const CloudView& cloud, const std::vector<Label>& labels, Label label,
+    const std::vector<AppendedField>& appended = {},
+    const sensor_msgs::PointCloud2Ptr& cut = boost::make_shared<sensor_msgs::PointCloud2>());
 
 /// The field `ring` to append where the driver sends none, so that all stages number alike.
 std::vector<AppendedField> missingRing(const CloudView& cloud);
