@@ -6,7 +6,9 @@
 #include <limits>
 #include <vector>
 
+#include "smoke_ground_reconstruction/column_ranges.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
+#include "smoke_ground_reconstruction/wall_feet.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -29,42 +31,13 @@ struct DropOffReturns {
   std::vector<std::uint8_t> is_floor;  ///< measured floor; feet of walls must not be among it
 };
 
-/// Planar ranges by column, in no order within it. Keeps its buffers.
-class ColumnRanges {
- public:
-  /// How many ranges lie beyond a distance, and the nearest of them; infinite where none does.
-  struct Beyond {
-    std::size_t count = 0;
-    double nearest = std::numeric_limits<double>::infinity();
-  };
-
-  void clear(std::size_t columns);
-  void add(std::uint16_t column, double range) { items_.push_back({column, range}); }
-  void sort();  ///< by column; to be called after the last add() and before anything else
-
-  std::size_t columns() const { return begin_.size() - 1; }
-  bool isEmpty() const { return items_.empty(); }
-  const double* begin(std::size_t column) const { return ranges_.data() + begin_[column]; }
-  const double* end(std::size_t column) const { return ranges_.data() + begin_[column + 1]; }
-  /// The farthest range of a column nearer than a distance; 0 where there is none.
-  double lastBefore(std::size_t column, double distance) const;
-  Beyond beyond(std::size_t column, double distance) const;
-
- private:
-  struct Item {
-    std::uint16_t column;
-    double range;
-  };
-  std::vector<Item> items_;
-  std::vector<double> ranges_;
-  std::vector<std::size_t> begin_;
-};
-
 /// A straight edge: its normal away from the sensor, its distance [m], the columns it spans.
 struct DropEdge {
   double nx = 0.0, ny = 0.0, rho = 0.0;
   bool is_aligned = false;  ///< along or across a wall
   bool is_sure = false;     ///< ... beyond doubt
+  /// Along or across a wall, as others are that may stand for it?
+  bool isInDoubt() const { return is_aligned && !is_sure; }
   std::size_t first = 0, count = 0;
   double drop = 0.0;  ///< distance at which the drop begins for certain [m]
 
@@ -135,10 +108,11 @@ class DropOffFinder {
   /// \param middle  directions of the columns' middles.
   /// \param walls  normals of the room's walls; only edges along or across them tell of floor that
   ///     was not measured.
+  /// \param feet  of the walls: where nothing is seen below them, no drop reaches them.
   /// \param depth  a return so far below the floor beneath the sensor is none of it [m].
   void find(const DropOffReturns& returns, double sensor_height,
             const std::vector<Direction>& middle, const std::vector<std::array<double, 2>>& walls,
-            DropOffs* drops, double depth = kDepth);
+            const WallFeet& feet, DropOffs* drops, double depth = kDepth);
 
  private:
   void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns,
@@ -147,13 +121,17 @@ class DropOffFinder {
   void joinNeighbors();
   void endSingleColumns(DropOffs* drops);
   void findColumns();
+  void findEdges(const std::vector<Direction>& middle,
+                 const std::vector<std::array<double, 2>>& walls);
   void followEdges(const std::vector<Direction>& middle, DropOffs* drops);
   void drawOn(const DropEdge& edge, const std::vector<Direction>& middle);
   ColumnRanges::Beyond floorBehind(const DropEdge& edge, std::size_t column,
                                    const std::vector<Direction>& middle) const;
-  void place(const DropEdge& edge, const std::vector<Direction>& middle, DropOffs* drops);
+  double place(const DropEdge& edge, const std::vector<Direction>& middle, DropOffs* drops);
   void tell(const DropEdge& edge, double rho, const std::vector<Direction>& middle,
             DropOffs* drops) const;
+  void tellOne(const DropEdge& edge, double rho, std::size_t column, const Direction& to,
+               DropOffs* drops) const;
   void spread(const std::vector<std::uint8_t>& starts, std::size_t widest, DropOffs* drops) const;
   double lastAround(std::size_t column, std::size_t beside, double distance) const;
 
@@ -163,7 +141,10 @@ class DropOffFinder {
   std::vector<std::size_t> seen_, at_;  // columns
   DropColumns columns_;
   DropEdgeFinder edge_finder_;
-  std::vector<DropEdge> edges_;
+  std::vector<DropEdge> edges_, sure_edges_;
+  std::vector<double> sealed_, steady_;  // how far no drop reaches the wall
+  FloorSealer sealer_;
+  std::vector<std::uint8_t> is_open_;
   std::vector<std::uint8_t> is_taken_, is_explained_;
   std::vector<std::uint8_t> is_alone_, is_known_, is_end_;
   std::array<std::vector<std::size_t>, 2> drawn_;  // columns beyond either end of an edge

@@ -103,6 +103,7 @@ class Room {
   void findSeenCeiling();
   void findDrops(const ColumnDirections& directions);
   void addDropReturn(std::size_t i, bool is_floor);
+  void findWallFeet();
   void findWallNormals();
   void findOnWalls(const ColumnDirections& directions);
 
@@ -134,6 +135,7 @@ class Room {
   Profile profile_;
   FarthestReturns farthest_;
   DropOffReturns drop_returns_;
+  WallFeet wall_feet_;
   DropOffFinder drop_finder_;
   DropOffs drops_;
   WallLight wall_light_;

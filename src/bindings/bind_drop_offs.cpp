@@ -37,6 +37,18 @@ DropOffReturns returnsOf(const py::array& column, const py::array& planar, const
   return returns;
 }
 
+WallFeet feetOf(const py::array& column, const py::array& height, const py::array& distance,
+                std::size_t columns) {
+  const auto size = static_cast<std::size_t>(column.size());
+  WallFeet feet{copied<std::uint16_t>(column, "feet_column", size),
+                copied<float>(height, "feet_height", size),
+                copied<double>(distance, "distance", columns)};
+  for (const std::uint16_t c : feet.column) {
+    if (c >= columns) throw py::value_error("a foot has no direction: " + std::to_string(c));
+  }
+  return feet;
+}
+
 }  // namespace
 
 void bindDropOffs(py::module& m) {
@@ -44,23 +56,27 @@ void bindDropOffs(py::module& m) {
       "find_drop_offs",
       [](const py::array& column, const py::array& planar, const py::array& height,
          const py::array& is_floor, double sensor_height, const py::array& directions,
-         const std::vector<std::array<double, 2>>& walls) {
+         const std::vector<std::array<double, 2>>& walls, const py::array& feet_column,
+         const py::array& feet_height, const py::array& distance) {
         const auto middle = directionsOf(directions);
         const auto returns = returnsOf(column, planar, height, is_floor, middle.size());
+        const auto feet = feetOf(feet_column, feet_height, distance, middle.size());
         DropOffs drops;
         {
           const py::gil_scoped_release release;
-          DropOffFinder().find(returns, sensor_height, middle, walls, &drops);
+          DropOffFinder().find(returns, sensor_height, middle, walls, feet, &drops);
         }
         return py::make_tuple(toArray<double>(std::move(drops.begin)),
                               toArray<double>(std::move(drops.end)),
                               toArray<double>(std::move(drops.floor_to)));
       },
       py::arg("column"), py::arg("planar"), py::arg("height"), py::arg("is_floor"),
-      py::arg("sensor_height"), py::arg("directions"),
-      py::arg("walls") = std::vector<std::array<double, 2>>(),
+      py::arg("sensor_height"), py::arg("directions"), py::arg("walls"), py::arg("feet_column"),
+      py::arg("feet_height"), py::arg("distance"),
       "Begin, end and floor_to float64 (columns,) [m], from column uint16 (N,), planar and height "
-      "float32 (N,), is_floor uint8 (N,), directions float64 (columns, 2).");
+      "float32 (N,), is_floor uint8 (N,), directions float64 (columns, 2); of the walls' feet "
+      "column uint16 (F,), "
+      "height float32 (F,), and distance float64 (columns,).");
 }
 
 }  // namespace smoke_ground_reconstruction

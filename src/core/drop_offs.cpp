@@ -15,7 +15,8 @@ constexpr std::size_t kFloorAgain = 3;  // measured returns of floor beyond a dr
 constexpr double kEdge = 0.02;       // measured floor ends this far before the edge for certain [m]
 constexpr double kTolerance = 0.03;  // of a return's place against an edge [m]
 constexpr double kClear = kEdge + kTolerance;  // floor so far behind an edge lies behind it [m]
-constexpr double kClose = 0.3;       // floor so near before an edge tells where the edge is [m]
+constexpr double kClose = 1.0;                 // floor so near before an edge goes on up to it [m]
+constexpr std::ptrdiff_t kSingleColumns = 9;   // that see a drop, though each by one return
 constexpr double kFarEdge = 0.03;    // behind the first return beyond a drop floor begins [m]
 constexpr double kBeyondEdge = 0.3;  // floor so far beyond an edge: the drop has ended [m]
 constexpr std::size_t kWidestSpread = 225;   // columns beside a drop that may belong to it
@@ -28,43 +29,10 @@ constexpr double kDrawnOnShare = 0.5;  // and by a share of its seen length
 
 }  // namespace
 
-void ColumnRanges::clear(std::size_t columns) {
-  items_.clear();
-  ranges_.clear();
-  begin_.assign(columns + 1, 0);
-}
-
-void ColumnRanges::sort() {
-  for (const Item& item : items_) ++begin_[item.column + 1U];
-  for (std::size_t c = 0; c + 1 < begin_.size(); ++c) begin_[c + 1] += begin_[c];
-  ranges_.resize(items_.size());
-  for (const Item& item : items_) ranges_[begin_[item.column]++] = item.range;
-  for (std::size_t c = begin_.size() - 1; c > 0; --c) begin_[c] = begin_[c - 1];
-  begin_[0] = 0;
-}
-
-double ColumnRanges::lastBefore(std::size_t column, double distance) const {
-  double last = 0.0;
-  for (const double* range = begin(column); range != end(column); ++range) {
-    if (*range < distance) last = std::max(last, *range);
-  }
-  return last;
-}
-
-ColumnRanges::Beyond ColumnRanges::beyond(std::size_t column, double distance) const {
-  Beyond found;
-  for (const double* range = begin(column); range != end(column); ++range) {
-    if (!(*range > distance)) continue;
-    ++found.count;
-    found.nearest = std::min(found.nearest, *range);
-  }
-  return found;
-}
-
 void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
                          const std::vector<Direction>& middle,
-                         const std::vector<std::array<double, 2>>& walls, DropOffs* drops,
-                         double depth) {
+                         const std::vector<std::array<double, 2>>& walls, const WallFeet& feet,
+                         DropOffs* drops, double depth) {
   const std::size_t columns = middle.size();
   drops->begin.assign(columns, kInfinity);
   drops->end.assign(columns, kInfinity);
@@ -74,8 +42,14 @@ void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
   findWitnessed();
   joinNeighbors();
   endSingleColumns(drops);
+  is_open_.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    is_open_[c] = crossings_.begin(c) == crossings_.end(c) ? 0 : 1;
+  }
+  sealer_.find(feet, is_open_, sensor_height, &sealed_);
+  FloorSealer::keepSteady(sealed_, &steady_);
   findColumns();
-  edge_finder_.find(columns_, middle, walls, &edges_);
+  findEdges(middle, walls);
   followEdges(middle, drops);
   spread(is_alone_, kWidestSpread, drops);
   spread(is_end_, kSpreadPastEdge, drops);
@@ -187,7 +161,22 @@ void DropOffFinder::findColumns() {
     }
     columns_.before[c] = lastAround(c, 1, std::min(columns_.after[c], first_[c]));
     columns_.sees[c] = columns_.after[c] < kInfinity && first_[c] < kInfinity ? 1 : 0;
+    if (columns_.sees[c] == 0) columns_.before[c] = std::max(columns_.before[c], steady_[c]);
   }
+}
+
+/// The edges that several returns show, or else one that single ones do beyond doubt.
+void DropOffFinder::findEdges(const std::vector<Direction>& middle,
+                              const std::vector<std::array<double, 2>>& walls) {
+  const auto is_sure = [](const DropEdge& edge) { return edge.is_sure; };
+  edge_finder_.find(columns_, middle, walls, &edges_);
+  if (std::any_of(edges_.begin(), edges_.end(), is_sure)) return;
+  for (std::size_t c = 0; c < columns_.sees.size(); ++c) {
+    columns_.sees[c] = columns_.after[c] < kInfinity ? 1 : 0;
+  }
+  if (std::count(columns_.sees.begin(), columns_.sees.end(), 1) < kSingleColumns) return;
+  edge_finder_.find(columns_, middle, walls, &sure_edges_);
+  if (std::any_of(sure_edges_.begin(), sure_edges_.end(), is_sure)) edges_.swap(sure_edges_);
 }
 
 void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* drops) {
@@ -200,7 +189,8 @@ void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* 
   is_end_.assign(columns, 0);
   for (const DropEdge& edge : edges_) {
     drawOn(edge, middle);
-    place(edge, middle, drops);
+    const double rho = place(edge, middle, drops);
+    if (edge.is_aligned) tell(edge, rho, middle, drops);
     const std::array<std::size_t, 2> last = {edge.first, (edge.first + edge.count - 1) % columns};
     for (std::size_t side = 0; side < 2; ++side) {
       is_end_[drawn_[side].empty() ? last[side] : drawn_[side].back()] = 1;
@@ -221,7 +211,8 @@ void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* 
   }
 }
 
-/// Columns into which an edge goes on beyond its ends, until floor is measured right behind it.
+/// Columns into which an edge goes on beyond its ends, until floor is measured right behind it. One
+/// that may run otherwise goes no farther than to where no drop reaches the wall, either.
 void DropOffFinder::drawOn(const DropEdge& edge, const std::vector<Direction>& middle) {
   const std::size_t columns = middle.size();
   const std::array<std::size_t, 2> ends = {edge.first, (edge.first + edge.count - 1) % columns};
@@ -231,7 +222,9 @@ void DropOffFinder::drawOn(const DropEdge& edge, const std::vector<Direction>& m
     drawn_[side].clear();
     for (std::size_t k = 1; k < columns; ++k) {
       const std::size_t c = (side == 0 ? ends[0] + columns - k : ends[1] + k) % columns;
-      if (is_taken_[c] != 0 || edge.across(middle[c]) <= kAcross) break;
+      const double across = edge.across(middle[c]);
+      const bool is_sealed = !edge.is_sure && steady_[c] * across > edge.rho + kClear;
+      if (is_taken_[c] != 0 || across <= kAcross || is_sealed) break;
       const bool is_far =
           !edge.is_aligned && std::fabs(edge.along(middle[c]) - along[side]) > farthest;
       const double resumes = floorBehind(edge, c, middle).nearest;
@@ -256,9 +249,9 @@ ColumnRanges::Beyond DropOffFinder::floorBehind(const DropEdge& edge, std::size_
   return found;
 }
 
-/// Ends the floor where the farthest floor before an edge was measured.
-void DropOffFinder::place(const DropEdge& edge, const std::vector<Direction>& middle,
-                          DropOffs* drops) {
+/// Ends the floor where the farthest floor before an edge was measured: that distance.
+double DropOffFinder::place(const DropEdge& edge, const std::vector<Direction>& middle,
+                            DropOffs* drops) {
   at_.clear();
   for (std::size_t k = 0; k < edge.count; ++k) at_.push_back((edge.first + k) % middle.size());
   for (const auto& side : drawn_) at_.insert(at_.end(), side.begin(), side.end());
@@ -272,25 +265,46 @@ void DropOffFinder::place(const DropEdge& edge, const std::vector<Direction>& mi
     const double reach = rho / edge.across(middle[c]);
     drops->begin[c] = edge.is_sure ? reach : std::min(drops->begin[c], reach);
   }
-  if (edge.is_sure) tell(edge, rho, middle, drops);
+  return rho;
 }
 
 /// Tells of floor that was not measured, from the columns that see the drop to the last ones that
 /// measure floor close to the edge.
 void DropOffFinder::tell(const DropEdge& edge, double rho, const std::vector<Direction>& middle,
                          DropOffs* drops) const {
-  const auto reaches_edge = [&](std::size_t c) {
-    drops->floor_to[c] = rho / edge.across(middle[c]);
-  };
-  for (std::size_t k = 0; k < edge.count; ++k) reaches_edge((edge.first + k) % middle.size());
+  const std::size_t columns = middle.size();
+  for (std::size_t k = 0; k < edge.count; ++k) {
+    const std::size_t c = (edge.first + k) % columns;
+    tellOne(edge, rho, c, middle[c], drops);
+  }
   for (const auto& side : drawn_) {
     std::size_t told = 0;
     for (std::size_t k = 0; k < side.size(); ++k) {
-      const double floor = columns_.before[side[k]] * edge.across(middle[side[k]]);
-      if (edge.rho - kClose < floor && floor < edge.rho + kTolerance) told = k + 1;
+      const double across = edge.across(middle[side[k]]);
+      const double before = columns_.before[side[k]];
+      const bool is_close =
+          edge.rho / across - kClose < before && before * across < edge.rho + kTolerance;
+      if (is_close) told = k + 1;
     }
-    std::for_each(side.begin(), side.begin() + static_cast<std::ptrdiff_t>(told), reaches_edge);
+    for (std::size_t k = 0; k < told; ++k) tellOne(edge, rho, side[k], middle[side[k]], drops);
   }
+}
+
+/// Floor up to an edge, in doubt no farther than up to the others that may stand for it.
+void DropOffFinder::tellOne(const DropEdge& edge, double rho, std::size_t column,
+                            const Direction& to, DropOffs* drops) const {
+  double reach = rho / edge.across(to);
+  double& floor_to = drops->floor_to[column];
+  if (edge.is_sure) {
+    floor_to = reach;
+    return;
+  }
+  for (const DropEdge& other : edges_) {
+    const double across = other.across(to);
+    if (&other == &edge || !other.isInDoubt() || !(across > kAcross)) continue;
+    reach = std::min(reach, other.rho / across);
+  }
+  floor_to = floor_to > 0.0 ? std::min(floor_to, reach) : reach;
 }
 
 /// A drop goes on sideways until floor is measured well beyond it: where it ends is not seen.
@@ -304,7 +318,7 @@ void DropOffFinder::spread(const std::vector<std::uint8_t>& starts, std::size_t 
       for (std::size_t k = 1; k <= widest; ++k) {
         const std::size_t at = (c + step * k) % columns;
         if (is_known_[at] != 0) break;
-        const double farthest = lastAround(at, kNeighbors, kInfinity);
+        const double farthest = std::max(lastAround(at, kNeighbors, kInfinity), sealed_[at]);
         if (farthest > edge + kBeyondEdge) break;
         edge = std::max(edge, farthest - kEdge);
         drops->begin[at] = std::min(drops->begin[at], edge);

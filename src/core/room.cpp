@@ -310,8 +310,9 @@ void Room::findDrops(const ColumnDirections& directions) {
     if ((flags_[i] & kLow) == 0) addDropReturn(i, false);
   }
   findWallNormals();
-  drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, &drops_,
-                    drop_depth_);
+  findWallFeet();
+  drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, wall_feet_,
+                    &drops_, drop_depth_);
 }
 
 /// Adds what lies within the boundary.
@@ -324,6 +325,22 @@ void Room::addDropReturn(std::size_t i, bool is_floor) {
   drop_returns_.height.push_back(height(i));
   const bool is_inside = is_open || planar(i) < distance - kWallFoot;
   drop_returns_.is_floor.push_back(is_floor && is_inside ? 1 : 0);
+}
+
+void Room::findWallFeet() {
+  wall_feet_.distance = profile_.distance;
+  wall_feet_.column.clear();
+  wall_feet_.height.clear();
+  if (deep_.empty()) return;  // no drop is seen
+  for (const std::uint32_t i : near_) {
+    const double height = returns_.height[i];
+    if (!(height > WallFeet::kLowest) || isSoft(i)) continue;
+    const double distance = profile_.distance[column(i)];
+    if (!(height < std::min(WallFeet::kHighest, WallFeet::kSteepest * distance))) continue;
+    if (!(std::fabs(returns_.planar[i] - distance) < WallFeet::kOffWall)) continue;
+    wall_feet_.column.push_back(returns_.column[i]);
+    wall_feet_.height.push_back(returns_.height[i]);
+  }
 }
 
 /// Of the walls that bound the room.

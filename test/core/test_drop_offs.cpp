@@ -32,11 +32,22 @@ struct Scene {
   void addFloor(std::size_t column, double planar) { add(column, planar, 0.0); }
   /// A beam that crosses the floor at r reaches as deep below it as the sensor is high at 2 r.
   void addCrossing(std::size_t column, double planar) { add(column, 2.0 * planar, -kSensorHeight); }
+  /// Ten returns of a wall at a range, 0.15 m high the highest, and nothing below the floor.
+  void addFoot(std::size_t column, double planar) {
+    feet.distance.resize(kColumns, 0.0);
+    feet.distance[column] = planar;
+    for (int k = 0; k < 10; ++k) {
+      feet.column.push_back(static_cast<std::uint16_t>(column));
+      feet.height.push_back(0.15F - 0.005F * static_cast<float>(k));
+    }
+  }
   DropOffs find(const std::vector<std::array<double, 2>>& walls = {{1.0, 0.0}}) const {
     DropOffs drops;
-    DropOffFinder().find(returns, kSensorHeight, middles(), walls, &drops);
+    DropOffFinder().find(returns, kSensorHeight, middles(), walls, feet, &drops);
     return drops;
   }
+
+  WallFeet feet;
 };
 
 TEST(DropOffs, OfNothingAreNone) {
@@ -106,6 +117,68 @@ TEST(DropOffs, TellOfNoFloorAlongEdgesAskewToTheWalls) {
   const DropOffs drops = ledge().find({{half, half}});
   for (const double floor_to : drops.floor_to) EXPECT_EQ(floor_to, 0.0);
   EXPECT_LT(drops.begin[90], kInfinity);
+}
+
+TEST(DropOffs, EndAtAnEdgeThatSingleReturnsShowFarApart) {
+  Scene scene;
+  const auto middle = middles();
+  for (const std::size_t c : {810UL, 850UL, 80UL}) {
+    scene.addCrossing(c, 3.0 / middle[c].cosine);
+    scene.addFloor(c, 2.0 / middle[c].cosine);
+  }
+  scene.addFloor(20, 2.9 / middle[20].cosine);
+  const DropOffs drops = scene.find();
+  EXPECT_NEAR(drops.begin[40] * middle[40].cosine, 2.9, 0.01);
+  EXPECT_GT(drops.floor_to[40], 0.0);
+}
+
+TEST(DropOffs, SpreadSidewaysNoFartherThanToAWallOfWhichNothingIsBelowTheFloor) {
+  Scene scene;
+  for (int k = 0; k < 3; ++k) scene.addCrossing(10, 2.0);
+  scene.addFloor(10, 1.8);
+  for (std::size_t c = 20; c < 40; ++c) scene.addFoot(c, 4.0);
+  const DropOffs drops = scene.find({});
+  EXPECT_LT(drops.begin[15], 2.0);
+  // A drop from 1.8 m to the wall at 4 m would show the wall down to 0.7 (4 - 1.8) / 1.8 = 0.86 m.
+  EXPECT_EQ(drops.begin[30], kInfinity);
+  EXPECT_EQ(drops.begin[60], kInfinity);
+  EXPECT_LT(drops.begin[890], 2.0);  // the other side is not sealed
+}
+
+TEST(FloorSealer, SaysHowNearADropWouldHaveToBegin) {
+  Scene scene;
+  scene.addFoot(100, 4.0);
+  std::vector<std::uint8_t> is_open(kColumns, 0);
+  std::vector<double> sealed;
+  FloorSealer sealer;
+  sealer.find(scene.feet, is_open, kSensorHeight, &sealed);
+  // The beam to 0.15 m below the wall's foot at 4 m crosses the floor at 4 * 0.7 / 0.85 m.
+  EXPECT_NEAR(sealed[100], 4.0 * 0.7 / 0.85, 1e-6);
+  EXPECT_EQ(sealed[101], 0.0);  // no wall known
+  is_open[102] = 1;
+  sealer.find(scene.feet, is_open, kSensorHeight, &sealed);
+  EXPECT_EQ(sealed[100], 0.0);
+}
+
+TEST(FloorSealer, NeedsTenReturns) {
+  Scene scene;
+  scene.addFoot(100, 4.0);
+  scene.feet.column.pop_back();
+  scene.feet.height.pop_back();
+  std::vector<double> sealed;
+  FloorSealer().find(scene.feet, std::vector<std::uint8_t>(kColumns, 0), kSensorHeight, &sealed);
+  EXPECT_EQ(sealed[100], 0.0);
+}
+
+TEST(FloorSealer, KeepsTwelveColumnsSideBySideRoundTheCircle) {
+  std::vector<double> sealed(kColumns, 0.0), steady;
+  for (std::size_t k = 0; k < 12; ++k) sealed[(894 + k) % kColumns] = 3.0;
+  for (std::size_t k = 0; k < 11; ++k) sealed[100 + k] = 2.0;
+  FloorSealer::keepSteady(sealed, &steady);
+  EXPECT_EQ(steady[894], 3.0);
+  EXPECT_EQ(steady[5], 3.0);
+  EXPECT_EQ(steady[6], 0.0);
+  EXPECT_EQ(steady[105], 0.0);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@ import pytest
 
 from smoke_ground_reconstruction.reference.drop_offs import find_drop_offs
 from smoke_ground_reconstruction.reference.predicates import Direction
+from smoke_ground_reconstruction.reference.wall_feet import WallFeet
 
 COLUMNS = 900
 DIRECTIONS = np.array([Direction.from_degrees(0.4 * (c + 0.5)) for c in range(COLUMNS)])
@@ -31,12 +32,27 @@ def seeded_drop(seed):
     return column, planar.astype(np.float32), height.astype(np.float32), is_floor
 
 
-def assert_parity(core, column, planar, height, is_floor, walls):
+def seeded_feet(seed):
+    """Feet of walls in runs of columns of many lengths, most of them seen row by row."""
+    rng = np.random.default_rng(seed)
+    distance = np.repeat(rng.uniform(2.0, 7.0, COLUMNS // 30), 30)
+    distance[rng.integers(COLUMNS, size=5)] = 0.0
+    rows = np.repeat(rng.integers(0, 7, COLUMNS // 20), 20)
+    column = np.repeat(np.arange(COLUMNS), rows)
+    height = (0.1 + rng.uniform(0.0, 0.1, len(column)) * distance[column]).astype(np.float32)
+    return WallFeet(column, height, distance)
+
+
+def assert_parity(core, column, planar, height, is_floor, walls, feet=None):
     as_float64 = planar.astype(np.float64), height.astype(np.float64)
-    expected = find_drop_offs(column, *as_float64, is_floor, SENSOR_HEIGHT, DIRECTIONS, walls)
+    feet = seeded_feet(0) if feet is None else feet
+    expected = find_drop_offs(
+        column, *as_float64, is_floor, SENSOR_HEIGHT, DIRECTIONS, walls,
+        WallFeet(feet.column, feet.height.astype(np.float64), feet.distance),
+    )  # fmt: skip
     actual = core.find_drop_offs(
         column.astype(np.uint16), planar, height, is_floor.astype(np.uint8), SENSOR_HEIGHT,
-        DIRECTIONS, walls,
+        DIRECTIONS, walls, feet.column.astype(np.uint16), feet.height, feet.distance,
     )  # fmt: skip
     for found, wanted in zip(actual, (expected.begin, expected.end, expected.floor_to)):
         np.testing.assert_array_equal(found, wanted)
@@ -48,6 +64,25 @@ def assert_parity(core, column, planar, height, is_floor, walls):
 def test_seeded_drops(core, seed, walls):
     drops = assert_parity(core, *seeded_drop(seed), walls)
     assert np.isfinite(drops.begin).any()
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_seeded_feet_of_walls(core, seed):
+    assert_parity(core, *seeded_drop(seed), WALLS, seeded_feet(seed))
+
+
+def test_feet_of_walls_keep_drops_from_spreading(core):
+    none = WallFeet(np.zeros(0, np.int64), np.zeros(0, np.float32), np.zeros(COLUMNS))
+    found = [
+        [
+            assert_parity(core, *seeded_drop(seed), WALLS, feet).begin
+            for feet in (seeded_feet(seed), none)
+        ]
+        for seed in range(12)
+    ]
+    assert any(
+        np.isfinite(with_feet).sum() < np.isfinite(without).sum() for with_feet, without in found
+    )
 
 
 def test_some_seeds_have_sure_edges_and_floor_beyond(core):
@@ -67,5 +102,15 @@ def test_a_column_without_direction_is_refused(core):
     one = np.zeros(1, np.float32)
     with pytest.raises(ValueError, match="a column has no direction: 900"):
         core.find_drop_offs(
-            np.array([900], np.uint16), one, one, np.ones(1, np.uint8), 0.7, DIRECTIONS
-        )
+            np.array([900], np.uint16), one, one, np.ones(1, np.uint8), 0.7, DIRECTIONS, [],
+            np.zeros(0, np.uint16), one[:0], np.zeros(COLUMNS),
+        )  # fmt: skip
+
+
+def test_a_foot_without_direction_is_refused(core):
+    one = np.zeros(1, np.float32)
+    with pytest.raises(ValueError, match="a foot has no direction: 900"):
+        core.find_drop_offs(
+            np.zeros(1, np.uint16), one, one, np.ones(1, np.uint8), 0.7, DIRECTIONS, [],
+            np.array([900], np.uint16), one, np.zeros(COLUMNS),
+        )  # fmt: skip

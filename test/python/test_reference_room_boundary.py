@@ -315,12 +315,14 @@ def test_an_edge_goes_on_sideways_until_floor_is_measured_behind_it():
     assert drops.begin[column_at(60.0)] == np.inf
 
 
-def test_an_edge_that_may_run_either_way_tells_of_no_floor():
+def test_an_edge_that_may_run_either_way_tells_of_floor_before_both():
     azimuths = [33.0 + 0.4 * k for k in range(10)]
     crossed = [(x, azimuth) for azimuth in azimuths for x in (3.2, 3.4)]
     seen = ledge(crossed, [(1.5, azimuth) for azimuth in azimuths])
     drops = find_drop_offs(*seen, 0.7, DIRECTIONS, [(1.0, 0.0), (0.0, 1.0)])
-    assert np.all(drops.floor_to == 0.0)
+    x, y = (drops.floor_to[:, None] * DIRECTIONS).T
+    assert 0.0 < x.max() < 3.2 and 0.0 < y.max() < 2.08
+    assert np.all(drops.begin[drops.floor_to > 0.0] < np.inf)
     c = column_at(35.0)
     assert drops.begin[c] * DIRECTIONS[c, 0] < 1.5
     # The hole may lie behind either, x = 3.2 or y = 3.2 tan 33 deg = 2.08, to both sides.

@@ -54,7 +54,7 @@ def _whole_segments(seen):
     return replace(claim, limit=limit, measured=claim.measured & ~replaced[seen.column])
 
 
-def _no_drops(column, planar, height, is_floor, sensor_height, directions, walls, depth):
+def _no_drops(column, planar, height, is_floor, sensor_height, directions, walls, feet, depth):
     none = np.full(len(directions), np.inf)
     return DropOffs(none, none, np.zeros(len(directions)))
 

@@ -13,6 +13,7 @@ from .predicates import Direction
 
 EDGE = 0.02  # measured floor ends this far before the edge for certain [m]
 TOLERANCE = 0.03  # of a return's place against an edge [m]
+ACROSS = 0.15  # least cosine between a column and the normal of an edge
 
 _ANGLES, _STEP_DEG = 180, 2.0  # of an edge's normal, coarse search
 _FINE_ANGLES, _FINE_STEP_DEG = 10, 0.2  # to either side of the best one
@@ -21,7 +22,6 @@ _FARTHEST = 12.0  # [m]
 _MARGIN_WORTH, _MOST_MARGIN = 2.0, 0.5  # columns that a metre of room between floor and drop is
 # worth, and the room [m] that is worth no more
 _ALIGNED_SHARE = 0.6  # of the columns of the best edge make one along or across a wall the better
-_ACROSS = 0.15  # least cosine between a column and the normal of an edge
 _EDGE_COLUMNS = 6  # that make an edge
 _MOST_EDGES = 6
 _LIKE_NORMALS = 0.9  # cosine between normals of what is one line
@@ -49,6 +49,11 @@ class Edge:
     sure: bool
     first: int
     count: int
+
+    @property
+    def in_doubt(self):
+        """Along or across a wall, as others are that may stand for it."""
+        return self.aligned and not self.sure
 
     def across(self, directions):
         """Cosine between directions (..., 2) and the normal."""
@@ -134,7 +139,7 @@ def _first_best(candidates):
 def _candidate(before, after, directions, nx, ny):
     """The line with a normal that most columns agree on, just before the drop begins."""
     across = nx * directions[:, 0] + ny * directions[:, 1]
-    facing = across > _ACROSS
+    facing = across > ACROSS
     slots = int(_FARTHEST / _SLOT)
     low = _slot((before * across)[facing] - TOLERANCE, slots)
     high = _slot((after * across)[facing] + TOLERANCE, slots) + 1
@@ -155,7 +160,7 @@ def _between(before, after, across, rho):
     """Columns that see floor before a line and the drop behind it."""
     with np.errstate(invalid="ignore"):
         agrees = (before * across <= rho + TOLERANCE) & (after * across >= rho - TOLERANCE)
-    return agrees & (across > _ACROSS)
+    return agrees & (across > ACROSS)
 
 
 def _longest_run(edge, before, after, left, sees, directions):
@@ -167,7 +172,7 @@ def _longest_run(edge, before, after, left, sees, directions):
     nx, ny, rho = edge
     columns = len(before)
     across = nx * directions[:, 0] + ny * directions[:, 1]
-    facing = across > _ACROSS
+    facing = across > ACROSS
     agrees = _between(before, after, across, rho)
     explained = left & agrees
     against = facing & ~agrees & (sees | (before * across > rho + _PASSED)) | ~facing
@@ -196,8 +201,11 @@ def _most_columns(at, joins, columns):
     return first, (last - first) % columns + 1
 
 
-def drawn_on(edge, taken, floor, directions):
-    """Columns (two lists) into which an edge goes on, until floor is measured right behind it."""
+def drawn_on(edge, taken, floor, sealed, directions):
+    """Columns (two lists) into which an edge goes on, until floor is measured right behind it.
+
+    One that may run otherwise goes no farther than to where no drop reaches the wall, either.
+    """
     columns = len(directions)
     ends = [edge.first, (edge.first + edge.count - 1) % columns]
     along = [edge.along(directions[c]) for c in ends]
@@ -207,7 +215,8 @@ def drawn_on(edge, taken, floor, directions):
         for k in range(1, columns):
             c = (last + step * k) % columns
             across = edge.across(directions[c])
-            if taken[c] or across <= _ACROSS:
+            is_sealed = not edge.sure and sealed[c] * across > edge.rho + _CLEAR
+            if taken[c] or across <= ACROSS or is_sealed:
                 break
             far = not edge.aligned and abs(edge.along(directions[c]) - start) > farthest
             _, resumes = floor_behind(edge, c, floor, directions)

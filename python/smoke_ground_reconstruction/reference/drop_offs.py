@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .drop_edges import EDGE, TOLERANCE, drawn_on, find_edges, floor_behind
+from .drop_edges import ACROSS, EDGE, TOLERANCE, drawn_on, find_edges, floor_behind
+from .wall_feet import sealed_floor, steadily
 
 DEPTH = 0.04  # a return so far below a level floor is none of it [m]
 _DEPTH_SLOPE = 0.015  # a return so much deeper below the floor per metre is none of it
@@ -20,7 +21,8 @@ _NEIGHBORS = 2  # columns to either side that share what they see
 _WITNESSES = 2  # returns that make a drop
 _WIDEST_GAP = 12  # columns between two that see a drop, which then see it too
 _FLOOR_AGAIN = 3  # measured returns of floor beyond a drop
-_CLOSE = 0.3  # floor so near before an edge tells where the edge is [m]
+_CLOSE = 1.0  # floor measured so near before an edge goes on up to it [m]
+_SINGLE_COLUMNS = 9  # that see a drop, though each by one return, make an edge beyond doubt
 _FAR_EDGE = 0.03  # and begins so far behind the first return beyond a drop [m]
 _BEYOND_EDGE = 0.3  # floor measured so far beyond an edge shows that the drop ended [m]
 _WIDEST_SPREAD = 225  # columns to either side of a drop without an edge that may belong to it
@@ -49,7 +51,7 @@ class DropOffs:
 
 
 def find_drop_offs(
-    column, planar, height, is_floor, sensor_height, directions, walls=(), depth=DEPTH
+    column, planar, height, is_floor, sensor_height, directions, walls=(), feet=None, depth=DEPTH
 ):
     """Drops of all columns.
 
@@ -66,6 +68,8 @@ def find_drop_offs(
     walls : (W, 2) float64
         Normals of the room's walls: edges along or across them are preferred, and only these tell
         of floor that was not measured.
+    feet : WallFeet, optional
+        Of the room's walls: where nothing is seen below them, no drop reaches them.
     depth : float
         A return so far below the floor beneath the sensor is none of it [m].
     """
@@ -79,11 +83,15 @@ def find_drop_offs(
         return DropOffs(begin, end, floor_to)
     own = np.full(columns, np.inf)
     np.minimum.at(own, column[below], crossing)
+    sealed = np.zeros(columns)
+    if feet is not None:
+        sealed = sealed_floor(feet, np.isfinite(own), sensor_height)
     own = np.minimum(own, np.minimum(np.roll(own, 1), np.roll(own, -1)))
     first, last = _joined(*_witnessed(column[below], crossing, columns))
     _single_columns(first, last, floor, begin, end)
-    alone, known, ends = _along_edges(own, first, floor, directions, walls, begin, end, floor_to)
-    farthest = floor.farthest()
+    seen = _Seen(own, first, floor, steadily(sealed))
+    alone, known, ends = _along_edges(seen, directions, walls, begin, end, floor_to)
+    farthest = np.maximum(floor.farthest(), sealed)
     _spread(begin, known, alone, _WIDEST_SPREAD, farthest)
     _spread(begin, known, ends, _SPREAD_PAST_EDGE, farthest)
     return DropOffs(begin, end, floor_to)
@@ -168,58 +176,111 @@ def _single_columns(first, last, floor, begin, end):
     end[known] = np.max([np.roll(again, k) for k in shifts], axis=0)[known]
 
 
-def _along_edges(own, first, floor, directions, walls, begin, end, floor_to):
+class _Seen:
+    """What the columns show, all (columns,).
+
+    Attributes
+    ----------
+    after : float64
+        Nearest crossing of a beam that fell through; columns share it with those beside them [m].
+    before : float64
+        The last floor before it [m].
+    witnessed : bool
+        Is a drop seen by more than one return?
+    falls : bool
+        ... or the columns lie between some that see one?
+    floor : _Floor
+    sealed : float64
+        How far no drop reaches the wall [m].
+    """
+
+    def __init__(self, own, first, floor, sealed):
+        self.after, self.falls = own, np.isfinite(first)
+        self.witnessed = np.isfinite(own) & self.falls
+        nearest = np.minimum(own, first)
+        before = np.array([floor.last_around(c, nearest[c]) for c in range(len(own))])
+        self.before = np.where(self.witnessed, before, np.maximum(before, sealed))
+        self.floor, self.sealed = floor, sealed
+
+    def edges(self, directions, walls):
+        """The edges that several returns show, or else one that single ones do beyond doubt."""
+        found = find_edges(self.before, self.after, self.witnessed, directions, walls)
+        single = np.isfinite(self.after)
+        if np.count_nonzero(single) < _SINGLE_COLUMNS or any(edge.sure for edge, _ in found):
+            return found
+        more = find_edges(self.before, self.after, single, directions, walls)
+        return more if any(edge.sure for edge, _ in more) else found
+
+
+def _along_edges(seen, directions, walls, begin, end, floor_to):
     """Begin at straight edges where they explain what is seen.
 
     Returns three maps of columns: those of a drop that no edge explains, all of which a drop is
     known, and the last ones of edges.
     """
-    columns = len(own)
-    sees = np.isfinite(own) & np.isfinite(first)
-    before = np.array([floor.last_around(c, min(own[c], first[c])) for c in range(columns)])
-    edges = find_edges(before, own, sees, directions, walls)
+    columns = len(seen.after)
+    edges = seen.edges(directions, walls)
     spans = [(edge.first + np.arange(edge.count)) % columns for edge, _ in edges]
     taken, ends = np.zeros(columns, bool), np.zeros(columns, bool)
     for span in spans:
         taken[span] = True
     explained = taken.copy()
     for (edge, drop), span in zip(edges, spans):
-        drawn = drawn_on(edge, taken, floor, directions)
-        _place(edge, drop, span, drawn, before, directions, begin, floor_to)
+        drawn = drawn_on(edge, taken, seen.floor, seen.sealed, directions)
+        rho = _place(edge, drop, span, drawn, seen.before, directions, begin)
+        if edge.aligned:
+            told = _told(edge, span, drawn, seen.before, directions)
+            doubts = [] if edge.sure else [e for e, _ in edges if e.in_doubt and e is not edge]
+            _tell(edge, rho, told, doubts, directions, floor_to)
         for side, last in zip(drawn, (span[0], span[-1])):
             ends[side[-1] if side else last] = True
             for c in side:
-                count, resumes = floor_behind(edge, c, floor, directions)
-                if not np.isfinite(first[c]) and count >= _FLOOR_AGAIN:
+                count, resumes = floor_behind(edge, c, seen.floor, directions)
+                if not seen.falls[c] and count >= _FLOOR_AGAIN:
                     end[c] = resumes / edge.across(directions[c]) + _FAR_EDGE
                 explained[c] = True
-    alone = np.isfinite(first) & ~explained
+    alone = seen.falls & ~explained
     return alone, alone | explained, ends
 
 
-def _place(edge, drop, spanned, drawn, before, directions, begin, floor_to):
-    """Ends the floor where the farthest floor before an edge was measured.
-
-    Floor that was not measured is told of where the edge runs along or across a wall, from the
-    columns that see the drop to those that measure floor close to the edge.
-    """
+def _place(edge, drop, spanned, drawn, before, directions, begin):
+    """Ends the floor where the farthest floor before an edge was measured: that distance."""
     at = np.concatenate([spanned, drawn[0], drawn[1]]).astype(np.int64)
     across = edge.across(directions[at])
     floor = before[at] * across
     nearest = floor[floor <= edge.rho + TOLERANCE].max()
     rho = min(nearest, 0.5 * (nearest + drop) - EDGE)
     begin[at] = rho / across if edge.sure else np.minimum(begin[at], rho / across)
-    if edge.sure:
-        told = list(spanned)
-        for side in drawn:
-            close = [k for k, c in enumerate(side) if _is_close(edge, before[c], directions[c])]
-            told += side[: close[-1] + 1] if close else []
-        floor_to[told] = rho / edge.across(directions[told])
+    return rho
+
+
+def _told(edge, spanned, drawn, before, directions):
+    """Columns in which floor goes on up to an edge though it is not measured.
+
+    From those that see the drop to the last ones that measure floor close to the edge.
+    """
+    told = list(spanned)
+    for side in drawn:
+        close = [k for k, c in enumerate(side) if _is_close(edge, before[c], directions[c])]
+        told += side[: close[-1] + 1] if close else []
+    return told
+
+
+def _tell(edge, rho, told, doubts, directions, floor_to):
+    """Floor up to an edge, in doubt no farther than up to the others that may stand for it."""
+    for c in told:
+        reach = rho / edge.across(directions[c])
+        for other in doubts:
+            across = other.across(directions[c])
+            if across > ACROSS:
+                reach = min(reach, other.rho / across)
+        in_doubt = not edge.sure and floor_to[c] > 0.0
+        floor_to[c] = min(floor_to[c], reach) if in_doubt else reach
 
 
 def _is_close(edge, before, direction):
     across = edge.across(direction)
-    return edge.rho - _CLOSE < before * across < edge.rho + TOLERANCE
+    return edge.rho / across - _CLOSE < before and before * across < edge.rho + TOLERANCE
 
 
 def _spread(begin, known, starts, widest, farthest):

@@ -10,6 +10,7 @@ from .floor_relief import FLAT, find_relief
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts
 from .scan import rotated
+from .wall_feet import HIGHEST, LOWEST, OFF_WALL, STEEPEST, WallFeet
 from .wall_lines import Returns, View, find_lines, line_support
 from .wall_profile import column_profile
 
@@ -178,8 +179,15 @@ class Room:
             -self.plane[2],
             directions,
             self._wall_normals(),
+            self._wall_feet(),
             self.params.drop_depth or self.tolerance + _DROP,
         )
+
+    def _wall_feet(self):
+        distance = self.profile.distance[self.column]
+        foot = ~self.is_soft & (np.abs(self.planar - distance) < OFF_WALL)
+        foot &= (self.height > LOWEST) & (self.height < np.minimum(HIGHEST, STEEPEST * distance))
+        return WallFeet(self.column[foot], self.height[foot], self.profile.distance)
 
     def _wall_normals(self):
         """Of the walls that bound the room, (W, 2)."""
