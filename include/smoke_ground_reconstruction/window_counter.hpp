@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "smoke_ground_reconstruction/bounding_box.hpp"
 #include "smoke_ground_reconstruction/neighbor_counter.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
 
@@ -38,7 +37,7 @@ class WindowCounter : public NeighborCounter {
  private:
   struct Spot;
   struct Queries;
-  enum class Answer : std::uint8_t { kNotAsked, kAsked, kLonely };
+  enum class Answer : std::uint8_t { kInside, kAsked, kOutside };  // the crowd
   /// Rows, and columns to either side, that a window reaches; half of all columns: every one.
   struct Reach {
     int first_row;
@@ -55,7 +54,8 @@ class WindowCounter : public NeighborCounter {
   Reach reachOf(const Spot& spot, double radius_per_range) const;
 
   void collectRuns(std::size_t index, double radius_per_range, std::vector<Run>* runs) const;
-  void collectShell(int shell, const Spot& spot, const Reach& reach, std::vector<Run>* runs) const;
+  void collectShell(int shell, int row, float column, const Reach& reach,
+                    std::vector<Run>* runs) const;
   void collectRow(int shell, int row, float column, float columns, std::vector<Run>* runs) const;
   void collectRuns(const Queries& queries, const Reach& reach, double radius_per_range,
                    std::vector<Run>* runs) const;
@@ -66,19 +66,10 @@ class WindowCounter : public NeighborCounter {
                  std::size_t at_most, const std::vector<Run>& runs) const;
   template <typename Part>
   void forEachPart(float column, float to_the_side, const Part& part) const;
-  void boundBuckets(std::vector<BoundingBox>* boxes) const;
-  void sumShells(std::vector<std::uint32_t>* sums) const;
-  bool isSurelyBetween(std::size_t index, double squared_radius, const Crowd& crowd,
-                       const std::vector<BoundingBox>& boxes,
-                       const std::vector<std::uint32_t>& sums) const;
-  std::size_t mostAround(int shell, int row, int column) const;
-  std::size_t mostIn(const Spot& spot, double radius_per_range,
-                     const std::vector<std::uint32_t>& sums) const;
-  void findLonely(const std::vector<std::uint32_t>& points, const Crowd& crowd,
-                  std::vector<std::uint32_t>* lonely) const;
+  void answerBeside(const Crowd& crowd, std::vector<Answer>* answers) const;
   void answerRow(int shell, int row, const Reach& reach, const Crowd& crowd,
                  std::vector<Answer>* answers) const;
-  void answer(const Reach& reach, const Crowd& crowd, Queries* queries,
+  void answer(const Reach& reach, const Crowd& crowd, std::vector<Run>* runs, Queries* queries,
               std::vector<Answer>* answers) const;
 
   double radius_per_range_;

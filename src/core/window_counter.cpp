@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <numeric>
-#include <utility>
 
 #include "azimuth.hpp"
 #include "multiversion.hpp"
@@ -34,14 +32,13 @@ constexpr std::uint32_t kLanes = 8;              // candidates looked at togethe
 constexpr std::uint32_t kPadding = 8;            // places before the first and after the last point
 constexpr std::size_t kAlongRow = 8;             // places looked at to either side of a point
 constexpr std::uint32_t kGroupsBetweenSums = 6;  // of kLanes
-constexpr std::size_t kNoEnd = std::numeric_limits<std::size_t>::max();
-constexpr int kMostBuckets = 1 << 17;  // more cost more to clear than they save
+constexpr std::uint32_t kBetweenLooks = 16;      // at what eight queries have found
+constexpr int kMostBuckets = 1 << 17;            // more cost more to clear than they save
 
-// Shells of range, each twice as far as the one before: by half the exponent of squared ranges.
-constexpr int kMostShells = 10;
-constexpr unsigned kExponentBit = 24;
-constexpr int kFirstExponent =
-    (127 - 4) / 2;  // the second shell begins at 2^-2 m, the last at 64 m
+// Shells of range, each farther by the square root of 2: by the exponent of squared ranges.
+constexpr int kMostShells = 20;
+constexpr unsigned kExponentBit = 23;
+constexpr int kFirstExponent = 127 - 4;  // the second shell begins at 2^-2 m
 
 /// Where points lie as seen from the sensor, in rows and columns of buckets.
 struct Raster {
@@ -99,10 +96,6 @@ bool findBuckets(const float* x, const float* y, const float* z, std::size_t siz
 
 /// Places [begin, end).
 using Run = WindowCounter::Run;
-
-/// Steps in rows and columns from a bucket to itself and those around it, the nearest first.
-constexpr std::array<std::pair<int, int>, 9> kAround = {
-    {{0, 0}, {0, -1}, {0, 1}, {-1, 0}, {1, 0}, {-1, -1}, {-1, 1}, {1, -1}, {1, 1}}};
 
 /// What a single-precision look at candidates tells.
 struct Tally {
@@ -193,21 +186,31 @@ void countAlong(const float* x, const float* y, const float* z, std::size_t begi
   }
 }
 
-/// Queries of one row of buckets, looked at together.
+/// Queries of one row of buckets, looked at together. Lanes without one find enough at once.
 struct LaneQueries {
-  std::array<std::uint32_t, kLanes> place;
+  int shell;
+  int row;
   std::uint32_t size = 0;
+  std::array<std::uint32_t, kLanes> place{};
   int first_column = 0;
   int last_column = 0;
   std::array<float, kLanes> x{}, y{}, z{};
   std::array<float, kLanes> surely_below{}, possibly_below{};  // squared radii
-  float least_square = INFINITY;                               // of their ranges
+  float least_square = 0.0F;                                   // of their ranges
   float greatest_square = 0.0F;
+
+  LaneQueries(int of_shell, int of_row) : shell(of_shell), row(of_row) {}
 
   void add(std::uint32_t at, int column, const float* px, const float* py, const float* pz,
            double squared_radius_per_range) {
     const Screen screen = roughScreenOf(px[at], py[at], pz[at], squared_radius_per_range);
-    if (size == 0) first_column = column;
+    const float square = squaredRangeOf(screen.x, screen.y, screen.z);
+    if (size == 0) {
+      first_column = column;
+      surely_below.fill(INFINITY);
+      possibly_below.fill(0.0F);
+      least_square = greatest_square = square;
+    }
     last_column = column;
     place[size] = at;
     x[size] = screen.x;
@@ -215,7 +218,6 @@ struct LaneQueries {
     z[size] = screen.z;
     surely_below[size] = screen.surely_below;
     possibly_below[size] = screen.possibly_below;
-    const float square = squaredRangeOf(screen.x, screen.y, screen.z);
     least_square = std::min(least_square, square);
     greatest_square = std::max(greatest_square, square);
     ++size;
@@ -224,10 +226,21 @@ struct LaneQueries {
 
 using Tallies = std::array<std::array<std::int32_t, kLanes>, 2>;  // surely, possibly
 
-/// Looks at candidates for all queries at once.
+inline bool isNone(const Ints& lanes) {
+  std::array<std::uint64_t, kLanes / 2> bits;
+  std::memcpy(bits.data(), &lanes, sizeof(bits));
+  std::uint64_t any = 0;
+  for (const std::uint64_t part : bits) any |= part;
+  return any == 0;
+}
+
+/// Looks at candidates for all queries at once, until all are surely inside a crowd: they have
+/// found `enough`, and with all `left` they would not have more than `most`. Returns whether they
+/// are.
 SMOKE_GROUND_MULTIVERSION
-void tallyTogether(const float* x, const float* y, const float* z, const Run* runs,
-                   std::size_t run_count, const LaneQueries& queries, Tallies* tallies) {
+bool tallyTogether(const float* x, const float* y, const float* z, const Run* runs,
+                   std::size_t run_count, const LaneQueries& queries, std::int32_t enough,
+                   std::int32_t most, std::int32_t left, Tallies* tallies) {
   Floats px, py, pz, surely_below, possibly_below;
   std::memcpy(&px, queries.x.data(), sizeof(px));
   std::memcpy(&py, queries.y.data(), sizeof(py));
@@ -237,22 +250,31 @@ void tallyTogether(const float* x, const float* y, const float* z, const Run* ru
   Ints surely = {};
   Ints possibly = {};
   for (std::size_t run = 0; run < run_count; ++run) {
-    for (std::uint32_t i = runs[run].begin; i < runs[run].end; ++i) {
-      const Floats dx = px - x[i];
-      const Floats dy = py - y[i];
-      const Floats dz = pz - z[i];
-      const Floats d2 = (dx * dx + dy * dy) + dz * dz;
-      surely -= d2 < surely_below;  // true is -1
-      possibly -= d2 < possibly_below;
+    std::uint32_t i = runs[run].begin;
+    while (i < runs[run].end) {
+      const std::uint32_t pause = std::min(runs[run].end, i + kBetweenLooks);
+      left -= static_cast<std::int32_t>(pause - i);
+      for (; i < pause; ++i) {
+        const Floats dx = px - x[i];
+        const Floats dy = py - y[i];
+        const Floats dz = pz - z[i];
+        const Floats d2 = (dx * dx + dy * dy) + dz * dz;
+        surely -= d2 < surely_below;  // true is -1
+        possibly -= d2 < possibly_below;
+      }
+      if (isNone((surely < enough) | (possibly > most - left))) return true;
     }
   }
   std::memcpy((*tallies)[0].data(), &surely, sizeof(surely));
   std::memcpy((*tallies)[1].data(), &possibly, sizeof(possibly));
+  return false;
 }
 
 }  // namespace
 
-struct WindowCounter::Queries : LaneQueries {};
+struct WindowCounter::Queries : LaneQueries {
+  using LaneQueries::LaneQueries;
+};
 
 /// A point's place in the raster.
 struct WindowCounter::Spot {
@@ -269,11 +291,11 @@ WindowCounter::WindowCounter(const Scan& scan, double radius_per_range)
   fillBuckets();
 }
 
-/// Half the window's half angle: few empty looks, few candidates outside the radius. Not less than
-/// some points wide, so that those beside each other in a row are neighbours, too.
+/// A third of the window's half angle: few empty looks, few candidates outside the radius. Not less
+/// than some points wide, so that those beside each other in a row are neighbours, too.
 void WindowCounter::chooseBuckets() {
   const double half_angle = std::asin(std::min(radius_per_range_, 1.0));
-  const double angle = std::clamp(half_angle / 2.0, 1.2 * kDegree, 10.0 * kDegree);
+  const double angle = std::clamp(half_angle / 3.0, 1.2 * kDegree, 10.0 * kDegree);
   rows_ = static_cast<int>(std::ceil(2.0 / angle));
   columns_ = static_cast<int>(std::ceil(2.0 * M_PI / angle));
   shells_ = kMostShells * rows_ * columns_ <= kMostBuckets ? kMostShells : 1;
@@ -394,9 +416,10 @@ void WindowCounter::collectRuns(std::size_t index, double radius_per_range,
   const int first =
       shellAt(spot.squared_range, std::max(0.0, 1.0 - radius_per_range) * (1.0 - kRangeMargin));
   const int last = shellAt(spot.squared_range, (1.0 + radius_per_range) * (1.0 + kRangeMargin));
-  collectShell(own, spot, reach, runs);
+  const int row = static_cast<int>(spot.row);
+  collectShell(own, row, spot.column, reach, runs);
   for (int shell = first; shell <= last; ++shell) {
-    if (shell != own) collectShell(shell, spot, reach, runs);
+    if (shell != own) collectShell(shell, row, spot.column, reach, runs);
   }
   if (last_bucket[0] < last_bucket[1]) runs->push_back({last_bucket[0], last_bucket[1]});
 }
@@ -412,25 +435,24 @@ void WindowCounter::collectRuns(const Queries& queries, const Reach& reach, doub
   const float middle = 0.5F * static_cast<float>(queries.first_column + queries.last_column + 1);
   const float to_the_side =
       reach.columns + 0.5F * static_cast<float>(queries.last_column + 1 - queries.first_column);
+  collectShell(queries.shell, queries.row, middle, {reach.first_row, reach.last_row, to_the_side},
+               runs);
   for (int shell = first; shell <= last; ++shell) {
-    for (int row = reach.first_row; row <= reach.last_row; ++row) {
-      collectRow(shell, row, middle, to_the_side, runs);
-    }
+    if (shell == queries.shell) continue;
+    collectShell(shell, queries.row, middle, {reach.first_row, reach.last_row, to_the_side}, runs);
   }
   const auto last_bucket = bucket_begin_.end() - 2;
   if (last_bucket[0] < last_bucket[1]) runs->push_back({last_bucket[0], last_bucket[1]});
 }
 
-void WindowCounter::collectShell(int shell, const Spot& spot, const Reach& reach,
+void WindowCounter::collectShell(int shell, int row, float column, const Reach& reach,
                                  std::vector<Run>* runs) const {
-  const int own = std::clamp(static_cast<int>(spot.row), reach.first_row, reach.last_row);
-  collectRow(shell, own, spot.column, reach.columns, runs);
+  const int own = std::clamp(row, reach.first_row, reach.last_row);
+  collectRow(shell, own, column, reach.columns, runs);
   const int farthest = std::max(own - reach.first_row, reach.last_row - own);
   for (int step = 1; step <= farthest; ++step) {
-    if (own - step >= reach.first_row)
-      collectRow(shell, own - step, spot.column, reach.columns, runs);
-    if (own + step <= reach.last_row)
-      collectRow(shell, own + step, spot.column, reach.columns, runs);
+    if (own - step >= reach.first_row) collectRow(shell, own - step, column, reach.columns, runs);
+    if (own + step <= reach.last_row) collectRow(shell, own + step, column, reach.columns, runs);
   }
 }
 
@@ -507,176 +529,87 @@ bool WindowCounter::isBetween(std::size_t index, double squared_radius, std::siz
   return neighbors > more_than && neighbors <= at_most;
 }
 
+/// Points that find enough neighbours beside them are not asked; the others of a row of buckets are
+/// answered eight at a time, and the few that single precision cannot answer one by one.
 void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, const Crowd& crowd,
                                   std::vector<std::uint32_t>* outsiders) const {
   outsiders->clear();
-  // Few neighbours to be found, and no end to them: most points find enough beside them.
-  const bool is_settled_beside =
-      crowd.more_than < 2 * kAlongRow && crowd.at_most >= bucket_begin_.back();
-  if (is_settled_beside) return findLonely(points, crowd, outsiders);
-  Recycled<BoundingBox> boxes;
-  Recycled<std::uint32_t> sums;
-  boundBuckets(&boxes);
-  sumShells(&sums);
-  Recycled<Run> runs;
-  for (const std::uint32_t i : points) {
-    const double squared_radius = squaredRadius(i, crowd.radius_per_range);
-    if (squared_radius > 0.0) {
-      if (isSurelyBetween(i, squared_radius, crowd, boxes, sums)) continue;
-      collectRuns(i, crowd.radius_per_range, &runs);
-      if (isBetween(i, squared_radius, crowd.more_than, crowd.at_most, runs)) continue;
-    }
-    outsiders->push_back(i);
-  }
-}
-
-/// Those that have no more than a few neighbours: of most points the places beside them tell that
-/// they have more; the others of a row of buckets are answered eight at a time.
-void WindowCounter::findLonely(const std::vector<std::uint32_t>& points, const Crowd& crowd,
-                               std::vector<std::uint32_t>* lonely) const {
-  const std::uint32_t end = bucket_begin_.back();
-  const double k = crowd.radius_per_range;
   Recycled<Answer> answers;
-  answers.assign(end, Answer::kNotAsked);
+  answers.assign(bucket_begin_.back(), Answer::kInside);
   for (const std::uint32_t i : points) answers[place_[i]] = Answer::kAsked;
-  Recycled<std::int32_t> at_least(end);
-  countAlong(x_.data(), y_.data(), z_.data(), kPadding, end,
-             static_cast<float>(k * k * (1.0 - 4.0 * kScreenMargin)), at_least.data());
-  const auto more_than = static_cast<std::int32_t>(crowd.more_than);
-  for (std::uint32_t at = kPadding; at < end; ++at) {
-    answers[at] = at_least[at] > more_than ? Answer::kNotAsked : answers[at];
-  }
+  answerBeside(crowd, &answers);
+  const double k = crowd.radius_per_range;
   for (int row = 0; row < rows_; ++row) {
     const Reach reach = reachOf(2.0 * row / rows_ - 1.0, 2.0 * (row + 1) / rows_ - 1.0, k);
     for (int shell = 0; shell < shells_; ++shell) answerRow(shell, row, reach, crowd, &answers);
   }
   for (const std::uint32_t i : points) {
     const Answer answer = answers[place_[i]];
-    if (answer == Answer::kNotAsked) continue;
-    if (answer == Answer::kAsked && isBetween(i, squaredRadius(i, k), crowd.more_than, kNoEnd)) {
-      continue;
-    }
-    lonely->push_back(i);
+    const bool is_inside = answer == Answer::kInside ||
+                           (answer == Answer::kAsked &&
+                            isBetween(i, squaredRadius(i, k), crowd.more_than, crowd.at_most));
+    if (!is_inside) outsiders->push_back(i);
   }
 }
 
-/// Answers the queries of a row of buckets, but for those that single precision cannot.
+/// Answers the queries of points that find more than enough beside them.
+void WindowCounter::answerBeside(const Crowd& crowd, std::vector<Answer>* answers) const {
+  const std::uint32_t end = bucket_begin_.back();
+  if (crowd.more_than >= 2 * kAlongRow || crowd.at_most < end) return;
+  const double squared = crowd.radius_per_range * crowd.radius_per_range;
+  Recycled<std::int32_t> at_least(end);
+  countAlong(x_.data(), y_.data(), z_.data(), kPadding, end,
+             static_cast<float>(squared * (1.0 - 4.0 * kScreenMargin)), at_least.data());
+  const auto more_than = static_cast<std::int32_t>(crowd.more_than);
+  for (std::uint32_t at = kPadding; at < end; ++at) {
+    (*answers)[at] = at_least[at] > more_than ? Answer::kInside : (*answers)[at];
+  }
+}
+
 void WindowCounter::answerRow(int shell, int row, const Reach& reach, const Crowd& crowd,
                               std::vector<Answer>* answers) const {
   const double squared = crowd.radius_per_range * crowd.radius_per_range;
-  const int widest = 1 + static_cast<int>(reach.columns);
+  constexpr int kWidest = 1;  // columns apart: a wider window serves none of them
   const std::uint32_t* begin = rowBegin(shell, row);
-  Queries queries;
+  if (begin[0] == begin[columns_]) return;
+  Queries queries(shell, row);
+  Recycled<Run> runs;
   for (int column = 0; column < columns_; ++column) {
-    const bool is_far = queries.size > 0 && column - queries.first_column > widest;
-    if (is_far) answer(reach, crowd, &queries, answers);
+    const bool is_far = queries.size > 0 && column - queries.first_column > kWidest;
+    if (is_far) answer(reach, crowd, &runs, &queries, answers);
     for (std::uint32_t at = begin[column]; at < begin[column + 1]; ++at) {
       if ((*answers)[at] != Answer::kAsked) continue;
       queries.add(at, column, x_.data(), y_.data(), z_.data(), squared);
-      if (queries.size == kLanes) answer(reach, crowd, &queries, answers);
+      if (queries.size == kLanes) answer(reach, crowd, &runs, &queries, answers);
     }
   }
-  if (queries.size > 0) answer(reach, crowd, &queries, answers);
+  if (queries.size > 0) answer(reach, crowd, &runs, &queries, answers);
 }
 
-void WindowCounter::answer(const Reach& reach, const Crowd& crowd, Queries* queries,
-                           std::vector<Answer>* answers) const {
-  Recycled<Run> runs;
-  collectRuns(*queries, reach, crowd.radius_per_range, &runs);
+void WindowCounter::answer(const Reach& reach, const Crowd& crowd, std::vector<Run>* runs,
+                           Queries* queries, std::vector<Answer>* answers) const {
+  collectRuns(*queries, reach, crowd.radius_per_range, runs);
+  std::size_t candidates = 0;
+  for (const Run& run : *runs) candidates += run.end - run.begin;
+  // A point finds itself, too.
+  const std::size_t enough = std::min(crowd.more_than, candidates) + 2;
+  const std::size_t most = std::min(crowd.at_most, candidates) + 1;
   Tallies tallies;
-  tallyTogether(x_.data(), y_.data(), z_.data(), runs.data(), runs.size(), *queries, &tallies);
+  const bool are_inside =
+      tallyTogether(x_.data(), y_.data(), z_.data(), runs->data(), runs->size(), *queries,
+                    static_cast<std::int32_t>(enough), static_cast<std::int32_t>(most),
+                    static_cast<std::int32_t>(candidates), &tallies);
   for (std::uint32_t lane = 0; lane < queries->size; ++lane) {
-    const auto surely = static_cast<std::size_t>(tallies[0][lane]);  // itself, too
-    const auto possibly = static_cast<std::size_t>(tallies[1][lane]);
     Answer& answer = (*answers)[queries->place[lane]];
-    if (surely > crowd.more_than + 1) answer = Answer::kNotAsked;
-    if (possibly <= crowd.more_than + 1) answer = Answer::kLonely;
-  }
-  *queries = Queries();
-}
-
-/// Where the points of each bucket lie.
-void WindowCounter::boundBuckets(std::vector<BoundingBox>* boxes) const {
-  boxes->clear();
-  for (std::size_t bucket = 0; bucket + 2 < bucket_begin_.size(); ++bucket) {
-    BoundingBox box;
-    for (std::uint32_t at = bucket_begin_[bucket]; at < bucket_begin_[bucket + 1]; ++at) {
-      box.add({x_[at], y_[at], z_[at]});
+    const auto surely = static_cast<std::size_t>(tallies[0][lane]);
+    const auto possibly = static_cast<std::size_t>(tallies[1][lane]);
+    if (are_inside || (surely >= enough && possibly <= most)) {
+      answer = Answer::kInside;
+    } else if (possibly < enough || surely > most) {
+      answer = Answer::kOutside;
     }
-    boxes->push_back(box);
   }
-}
-
-/// Points in a row before each column and behind its last one, whatever their range.
-void WindowCounter::sumShells(std::vector<std::uint32_t>* sums) const {
-  const auto columns = static_cast<std::size_t>(columns_);
-  const auto rows = static_cast<std::size_t>(rows_);
-  sums->assign(rows * (columns + 1), 0);
-  for (std::size_t bucket = 0; bucket + 2 < bucket_begin_.size(); ++bucket) {
-    const std::size_t row = bucket / columns % rows;
-    (*sums)[row * (columns + 1) + bucket % columns + 1] +=
-        bucket_begin_[bucket + 1] - bucket_begin_[bucket];
-  }
-  for (std::size_t row = 0; row < rows; ++row) {
-    const auto begin = sums->begin() + static_cast<std::ptrdiff_t>(row * (columns + 1));
-    std::partial_sum(begin, begin + static_cast<std::ptrdiff_t>(columns + 1), begin);
-  }
-}
-
-/// Do whole buckets around a point settle that it is one of a crowd? Those whose every corner is
-/// inside the ball count as they are; in no bucket of the window can there be more than the sums
-/// say. False tells nothing.
-bool WindowCounter::isSurelyBetween(std::size_t index, double squared_radius, const Crowd& crowd,
-                                    const std::vector<BoundingBox>& boxes,
-                                    const std::vector<std::uint32_t>& sums) const {
-  const Spot spot = spotOf(index);
-  if (spot.is_near) return false;
-  const int shell = shellOfSquare(spot.squared_range, shells_);
-  const int own_row = std::min(static_cast<int>(spot.row), rows_ - 1);
-  const int own_column = std::min(static_cast<int>(spot.column), columns_ - 1);
-  const std::size_t enough = crowd.more_than + 2;  // the point finds itself
-  if (mostAround(shell, own_row, own_column) < enough) return false;
-  std::size_t found = 0;
-  for (const auto& [up, left] : kAround) {
-    const int row = own_row + up;
-    if (row < 0 || row >= rows_) continue;
-    const int column = (own_column + left + columns_) % columns_;
-    const auto bucket = static_cast<std::size_t>(rowBegin(shell, row) - bucket_begin_.data()) +
-                        static_cast<std::size_t>(column);
-    const std::uint32_t points = bucket_begin_[bucket + 1] - bucket_begin_[bucket];
-    if (points == 0) continue;
-    if (boxes[bucket].greatestSquaredDistance(scan_.point(index)) >= squared_radius) continue;
-    found += points;
-    if (found >= enough) return mostIn(spot, crowd.radius_per_range, sums) <= crowd.at_most;
-  }
-  return false;
-}
-
-/// Points in a bucket and those around it, or more.
-std::size_t WindowCounter::mostAround(int shell, int row, int column) const {
-  const int first = std::max(column - 1, 0);
-  const int last = std::min(column + 1, columns_ - 1);
-  if (last - first < 2) return scan_.size();  // at the wrap
-  std::size_t most = 0;
-  for (int r = std::max(row - 1, 0); r <= std::min(row + 1, rows_ - 1); ++r) {
-    const std::uint32_t* begin = rowBegin(shell, r);
-    most += begin[last + 1] - begin[first];
-  }
-  return most;
-}
-
-/// No more neighbours than this has a point, whatever their range.
-std::size_t WindowCounter::mostIn(const Spot& spot, double radius_per_range,
-                                  const std::vector<std::uint32_t>& sums) const {
-  const Reach reach = reachOf(spot, radius_per_range);
-  std::size_t most = 0;
-  for (int row = reach.first_row; row <= reach.last_row; ++row) {
-    const std::uint32_t* begin =
-        &sums[static_cast<std::size_t>(row) * (static_cast<std::size_t>(columns_) + 1)];
-    forEachPart(spot.column, reach.columns,
-                [&](int from, int to) { most += begin[to] - begin[from]; });
-  }
-  return most + (bucket_begin_.end()[-1] - bucket_begin_.end()[-2]);
+  queries->size = 0;
 }
 
 }  // namespace smoke_ground_reconstruction
