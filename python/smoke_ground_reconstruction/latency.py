@@ -32,11 +32,14 @@ class Hops(NamedTuple):
     ----------
     parts : from hand to hand, and at work, in the order of the way
     whole : from the driver's publish to that of the floor
+    added : of it, what three nodelets do and one Pipeline does not: from hand to hand, laying the
+        scan out again, writing clouds for each other and for the listener
     pipeline : a Pipeline's time for the same scans; empty where it was not measured
     """
 
     parts: Dict[str, np.ndarray]
     whole: np.ndarray
+    added: np.ndarray
     pipeline: np.ndarray
 
 
@@ -115,17 +118,18 @@ def hops(log: dict) -> Hops:
     compared = [scan for scan in log["scans"] if scan["pipeline_ms"] > 0.0]
     stages = {entry["stage"]: {t["seq"]: t for t in entry["scans"]} for entry in log["stages"]}
     names = [name for name in _STAGES if name in stages]
-    ways, pipeline = [], []
+    ways, work, pipeline = [], [], []
     for scan in compared or log["scans"]:
         timings = [(name, stages[name].get(scan["seq"])) for name in names]
         if scan["arrived"] and all(timing for _, timing in timings):
             ways.append(_way(scan, timings))
+            work.append(_work_of_a_pipeline([timing for _, timing in timings]))
             pipeline.append(scan["pipeline_ms"])
     if not ways:
         raise CommandError("no scan was seen on its whole way")
     parts = {name: np.array([way[name] for way in ways]) for name in ways[0]}
     whole = sum(times for name, times in parts.items() if name != LISTENER)
-    return Hops(parts, whole, np.array(pipeline if compared else []))
+    return Hops(parts, whole, whole - work, np.array(pipeline if compared else []))
 
 
 def _way(scan: dict, timings: Sequence[Tuple[str, dict]]) -> Dict[str, float]:
@@ -138,6 +142,17 @@ def _way(scan: dict, timings: Sequence[Tuple[str, dict]]) -> Dict[str, float]:
         before = name
     way[LISTENER] = (scan["arrived"] - last) * 1e-6
     return way
+
+
+def _work_of_a_pipeline(timings: Sequence[dict]) -> float:
+    """What the nodelets do of what a Pipeline does as well: lay out the scan once, and each step
+    of the method [ms]."""
+    once = 0.0
+    for number, timing in enumerate(timings):
+        for part, milliseconds in zip(timing["parts"], timing["milliseconds"]):
+            if part != "publish" and (part != "organise" or number == 0):
+                once += milliseconds
+    return once
 
 
 def load(log: dict, count: int) -> Load:

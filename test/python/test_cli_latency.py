@@ -22,9 +22,10 @@ def a_scan(seq, sent, arrived, pipeline_ms=0.0, floors=1):
     }
 
 
-def at_work(stage, seq, begun, *handed_over):
+def at_work(stage, seq, begun, *handed_over, **parts):
     handed_over = [time * MS for time in handed_over]
     timing = {"seq": seq, "begun": begun * MS, "handed_over": handed_over}
+    timing.update(parts=list(parts), milliseconds=list(parts.values()))
     return {"stage": stage, "scans": [timing]}
 
 
@@ -35,9 +36,11 @@ def log_of(scans, stages):
 
 
 THREE_STAGES = [
-    at_work("denoiser", 7, 102, 110, 0),  # nobody listens to the noise
-    at_work("reconstructor", 7, 127, 130),
-    at_work("segmenter", 7, 111, 120, 123),  # the walls are the last that the next one needs
+    # Nobody listens to the noise.
+    at_work("denoiser", 7, 102, 110, 0, organise=2.0, denoise=5.0, publish=1.0),
+    at_work("reconstructor", 7, 127, 130, organise=0.5, reconstruct=2.0, publish=0.5),
+    # The walls are the last that the next one needs.
+    at_work("segmenter", 7, 111, 120, 123, organise=2.0, segment=4.0, cluster=3.0, publish=3.0),
 ]
 
 
@@ -54,6 +57,8 @@ def test_the_way_of_a_scan_from_hand_to_hand():
     }
     assert hops.whole.tolist() == [30.0]  # up to the publishing of the floor
     assert hops.pipeline.tolist() == [22.0]
+    # 7 ms from hand to hand, 2.5 ms of laying out again, 4.5 ms of writing clouds: all but 16 ms.
+    assert hops.added.tolist() == [14.0]
 
 
 def test_a_stage_that_sleeps_is_no_hop():

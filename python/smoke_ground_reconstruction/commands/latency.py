@@ -9,8 +9,8 @@ from typing import Iterator, Sequence
 import numpy as np
 
 from smoke_ground_reconstruction.commands.options import add_pipeline, add_topic
-from smoke_ground_reconstruction.commands.replay import as_bag, launch_arguments
 from smoke_ground_reconstruction.commands.reconstruct import chosen_params
+from smoke_ground_reconstruction.commands.replay import as_bag, launch_arguments
 from smoke_ground_reconstruction.console import CommandError, note
 
 
@@ -80,6 +80,7 @@ def report(hops, load, rate: float) -> Iterator[str]:
     for name, times in hops.parts.items():
         yield _row(name, times)
     yield _row("driver's publish to the floor's", hops.whole)
+    yield _row("of it, what a Pipeline does not do", hops.added)
     if len(hops.pipeline):
         yield _row("a Pipeline on the same scan", hops.pipeline)
         yield _row("graph minus Pipeline", hops.whole - hops.pipeline)
