@@ -1,5 +1,7 @@
 """room_boundary on rooms whose floor, walls and holes are known by geometry."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from smoke_ground_reconstruction.reference.posts import ceiling_height
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel
+from smoke_ground_reconstruction.reference.wall_feet import WallFeet
 
 COLUMNS = 900
 SEEN, INFERRED, LIMIT = 0, 1, 2
@@ -330,6 +333,39 @@ def test_an_edge_that_may_run_either_way_tells_of_floor_before_both():
         c = column_at(azimuth)
         east, north = DIRECTIONS[c]
         assert drops.begin[c] <= min(3.2 / east, 2.08 / north)
+
+
+@pytest.mark.parametrize("lift", [0.001, -0.001])
+@pytest.mark.parametrize("tilt_deg", [0.02, -0.02])
+def test_a_plane_a_little_off_moves_no_edge(lift, tilt_deg):
+    column, planar, height, is_floor = two_sided_ledge()
+    drops = find_drop_offs(column, planar, height, is_floor, 0.7, DIRECTIONS, [(1.0, 0.0)])
+    off = lift + math.tan(math.radians(tilt_deg)) * planar * DIRECTIONS[column, 0]
+    moved = find_drop_offs(
+        column, planar, height + off, is_floor, 0.7 - lift, DIRECTIONS, [(1.0, 0.0)]
+    )
+    # A crossing 3 m away moves by 3 / 0.7 of what the plane moves there, 2 mm: less than 1 cm.
+    known = np.isfinite(drops.begin)
+    np.testing.assert_array_equal(np.isfinite(moved.begin), known)
+    np.testing.assert_allclose(moved.begin[known], drops.begin[known], atol=0.01)
+    np.testing.assert_allclose(moved.floor_to, drops.floor_to, atol=0.01)
+
+
+def test_a_drop_stops_short_of_a_wall_that_is_seen_down_to_its_foot():
+    azimuths = [0.4 * k for k in range(-2, 3)]
+    crossed = [(x, azimuth) for azimuth in azimuths for x in (2.0, 2.2)]
+    seen = ledge(crossed, [(1.8, azimuth) for azimuth in azimuths])
+    alone = find_drop_offs(*seen, 0.7, DIRECTIONS)
+    c = column_at(10.0)
+    assert alone.begin[c] < 2.0  # where the drop ends is not seen
+    at = np.repeat(np.arange(column_at(4.0), column_at(20.0)), 10)
+    rows = np.tile(np.linspace(0.11, 0.2, 10), len(at) // 10)
+    feet = WallFeet(at, rows, np.full(len(DIRECTIONS), 4.0))
+    drops = find_drop_offs(*seen, 0.7, DIRECTIONS, feet=feet)
+    # A drop from 1.8 m to the wall at 4 m would show it 0.7 (4 - 1.8) / 1.8 = 0.86 m deep.
+    assert drops.begin[c] == np.inf
+    assert drops.begin[column_at(2.0)] < 2.0
+    assert drops.begin[column_at(-10.0)] < 2.0
 
 
 def test_a_drop_goes_on_past_its_edge_where_smoke_hides_the_floor():
