@@ -53,6 +53,13 @@ class Room {
 
   /// Number of returns that stand in posts.
   std::size_t postReturns() const;
+  /// Does the plane pass through the feet of walls, not through a floor? A fifth of its returns
+  /// stand where a post of their column does; of a floor's that are few.
+  bool standsOnWalls();
+  /// Is a return where a post stands in its column or in the two to either side?
+  bool isAtPost(std::size_t i) const {
+    return post_places_.isAtPost(column(i), planar(i), kPostsBeside);
+  }
 
   const RoomBoundaryParams& params() const { return params_; }
   std::size_t size() const { return returns_.size(); }
@@ -88,6 +95,7 @@ class Room {
   const std::vector<double>& seenFloor() const { return seen_floor_; }
 
  private:
+  static constexpr std::size_t kPostsBeside = 2;  // columns
   enum Flag : std::uint8_t { kLow = 1, kSoft = 2, kAtWall = 4 };
   using Indices = std::vector<std::uint32_t>;
 
@@ -124,6 +132,7 @@ class Room {
   CeilingFinder ceiling_finder_;
   LevelCells level_cells_;
   PostFinder post_finder_;
+  PostPlaces post_places_;
   Posts posts_;
   ReliefReturns relief_returns_;
   FloorRelief relief_;

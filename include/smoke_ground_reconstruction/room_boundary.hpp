@@ -56,6 +56,7 @@ class RoomBoundary {
 
  private:
   void takeIn(const ScanView& scan, const Mounting& mounting);
+  Room& findFloor(const Mounting& mounting, FloorModel* floor);
   Room& look(const FloorModel& floor);
   void label(const Room& room, const FloorClaim& claim, std::vector<Label>* labels) const;
 
@@ -66,6 +67,7 @@ class RoomBoundary {
   std::optional<FloorModel> floor_;  // the last good one
   std::vector<std::uint32_t> valid_;
   Points sensed_, level_;  // in the sensor's frame, where that is not level, and in the level one
+  Points off_posts_;       // of the latter, what stands where no post does
   std::vector<float> intensity_;
   std::array<Room, 2> rooms_;
   FloorCompletion completion_;

@@ -20,6 +20,7 @@ constexpr double kLevelBand = 5.0;   // and tells so by heights up to so many ti
 constexpr double kDrop = 0.01;       // what lies so much lower than floor can, tells of a drop [m]
 constexpr double kReliefLowest = 0.15, kReliefHighest = 0.8;  // heights that relief looks at [m]
 constexpr double kNearestWall = 0.2;                          // planar range [m]
+constexpr double kFeetShare = 0.2;  // of a plane's returns at walls, which no floor has
 constexpr double kBelowCeiling = 0.05;
 constexpr double kWallFoot = 0.05;     // returns so near to a wall's line may be its foot [m]
 constexpr double kSoftRange = 1.5;     // smoke's own returns come from nearer [m]
@@ -177,6 +178,15 @@ std::size_t Room::postReturns() const {
   std::size_t returns = 0;
   for (const std::uint32_t count : posts_.count) returns += count;
   return returns;
+}
+
+bool Room::standsOnWalls() {
+  post_places_.set(posts_, bins_.count());
+  std::size_t at_posts = 0;
+  for (const std::uint32_t i : low_) {
+    at_posts += post_places_.isAtPost(column(i), planar(i), 0) ? 1U : 0U;
+  }
+  return static_cast<double>(at_posts) > kFeetShare * static_cast<double>(low_.size());
 }
 
 void Room::findWalls(const ColumnDirections& directions) {

@@ -45,10 +45,8 @@ void RoomBoundary::setParams(const RoomBoundaryParams& params) { params_ = valid
 void RoomBoundary::reconstruct(const ScanView& scan, const SensorModel& sensor,
                                const Mounting& mounting, RoomBoundaryResult* result) {
   takeIn(scan, mounting);
-  result->floor =
-      floor_fitter_.fit(level_, mounting.sensor_height, floor_ ? &*floor_ : nullptr, params_);
-  if (result->floor.source == FloorSource::kMeasured) floor_ = result->floor;
-  Room& room = look(result->floor);
+  Room& room = findFloor(mounting, &result->floor);
+  room.findWalls(directions_);
   const FloorClaim& claim = completion_.claim(room);
   completion_.draw(&room, sensor, mounting);
   completion_.merge(scan, valid_, &room, sensor, mounting, result->floor, &result->surface);
@@ -81,6 +79,25 @@ void RoomBoundary::takeIn(const ScanView& scan, const Mounting& mounting) {
              level_.x.data(), level_.y.data(), level_.z.data());
 }
 
+/// A floor that gives no return (wet, black) leaves the feet of walls as the lowest there is. They
+/// are left out then; if no floor is found beside them, what was known before has to do.
+Room& RoomBoundary::findFloor(const Mounting& mounting, FloorModel* floor) {
+  const FloorModel* const before = floor_ ? &*floor_ : nullptr;
+  *floor = floor_fitter_.fit(level_, mounting.sensor_height, before, params_);
+  Room* room = &look(*floor);
+  for (int attempt = 0; floor->source == FloorSource::kMeasured && room->standsOnWalls();
+       ++attempt) {
+    off_posts_.clear();
+    for (std::size_t i = 0; attempt == 0 && i < level_.size(); ++i) {
+      if (!room->isAtPost(i)) off_posts_.push(level_.x[i], level_.y[i], level_.z[i]);
+    }
+    *floor = floor_fitter_.fit(off_posts_, mounting.sensor_height, before, params_);
+    room = &look(*floor);
+  }
+  if (floor->source == FloorSource::kMeasured) floor_ = *floor;
+  return *room;
+}
+
 /// The room in whichever frame stands its walls upright: the level one or the floor's.
 Room& RoomBoundary::look(const FloorModel& floor) {
   constexpr std::array<double, 9> kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
@@ -88,9 +105,7 @@ Room& RoomBoundary::look(const FloorModel& floor) {
   const auto levelling = levellingRotation(floor.plane);
   if (levelling) rooms_[1].look(level_, intensity_, floor, *levelling, params_);
   const bool is_second = levelling && rooms_[1].postReturns() > rooms_[0].postReturns();
-  Room& room = rooms_[is_second ? 1 : 0];
-  room.findWalls(directions_);
-  return room;
+  return rooms_[is_second ? 1 : 0];
 }
 
 void RoomBoundary::label(const Room& room, const FloorClaim& claim,

@@ -120,6 +120,26 @@ TEST(Pipeline, FindsTheFloorWithoutASingleGroundReturn) {  // the thesis's claim
   EXPECT_LE(floorArea(result.occupancy), 7.5 * 6.5);
 }
 
+TEST(Pipeline, GivesTheWholeFloorByRoomBoundaryWithoutASingleGroundReturn) {
+  const BoxRoom room = boxRoom();
+  std::vector<Surface> surfaces;
+  const Cloud cloud = room.scan(&surfaces);
+  auto params = gridParams();
+  params.reconstructor.method = ReconstructionMethod::kRoomBoundary;
+  Pipeline pipeline(params);
+  pipeline.sensor() = SensorModel::fromElevations(room.elevations_deg);
+  const auto result = pipeline.process(without(cloud, surfaces, Surface::kFloor).view());
+  for (std::size_t i = 0; i < result.surface.size(); ++i) {
+    ASSERT_EQ(result.surface.provenance[i], Provenance::kReconstructed);
+    ASSERT_LE(std::fabs(result.surface.x[i]), 3.41F);
+    ASSERT_LE(std::fabs(result.surface.y[i]), 3.01F);
+    ASSERT_NEAR(result.surface.z[i], -0.7, 1e-5);  // the mounting's word alone
+  }
+  // 6.8 x 6 m up to every corner, in cells of 0.1 m; walls may cut a cell on either side.
+  EXPECT_GT(floorArea(result.occupancy), 0.97 * 6.8 * 6.0);
+  EXPECT_LE(floorArea(result.occupancy), 7.0 * 6.2);
+}
+
 TEST(Pipeline, RemovesDarkScatteredPointsAndKeepsTheRoom) {
   const BoxRoom room = boxRoom();
   Cloud cloud = room.scan();

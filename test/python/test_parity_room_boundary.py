@@ -97,6 +97,12 @@ def test_seeded_rooms(core, seed):
     assert len(assert_parity(core, rooms.seeded_cloud(seed)).surface) > 0
 
 
+def test_a_room_whose_floor_sends_nothing_back(core):
+    for noise in (0.0, 0.01):
+        view = box(noise)
+        assert_parity(core, view.select(view.xyz[:, 2] > -0.66))
+
+
 def test_rooms_half_hidden(core):
     found = [assert_parity(core, drilled(box(seed=seed), seed)) for seed in range(4)]
     assert len(set(np.concatenate([result.profile.kind for result in found]))) > 1

@@ -136,6 +136,20 @@ def test_the_last_good_plane_stands_in_where_smoke_hides_the_floor():
     assert np.all(np.diag(found.covariance) > np.diag(good.covariance))
 
 
+@pytest.mark.parametrize("rings", [16, 128])
+def test_feet_of_walls_are_no_floor(rings):
+    """A wet floor sends nothing back: of the walls' returns the lowest, up to 0.1 m high all round,
+    lie near a plane as well. The mounting height has to do."""
+    view = rooms.box_room(WALLS, 1.9, -0.7, np.linspace(-52.0, 50.0, rings), 0.4)[0]
+    walls = view.select(view.xyz[:, 2] > -0.699)
+    result = reconstruct(walls)
+    assert result.floor.source == FloorSource.MOUNTING
+    np.testing.assert_array_equal(result.floor.plane, [0.0, 0.0, -0.7])
+    assert not np.any(result.labels == Label.GROUND)
+    reach = np.abs(result.surface.xyz[:, :2]).max(axis=0)
+    np.testing.assert_allclose(reach, WALLS[:2], atol=0.02)  # up to the walls all the same
+
+
 def test_one_line_of_returns_is_no_plane():
     line = low_returns((0.0, 0.0, -0.7), 500)
     line[:, 1] = 1.0

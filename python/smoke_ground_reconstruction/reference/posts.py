@@ -10,6 +10,7 @@ from .ordered import ordered_sum
 POST_SHARE = 0.6  # of the returns around that belong to a post: smoke is spread wider
 POST_POINTS = 4
 POST_EXTENT = 0.12  # least height of a post [m]
+_NEAR = 0.06  # planar range between a post and the returns where it stands [m]
 _HALF = 25  # a post's returns lie this near to each other in planar range [mm]
 _AROUND = 120  # what lies this near counts as around [mm]
 
@@ -39,6 +40,19 @@ class Posts:
     high: np.ndarray
     x: np.ndarray
     y: np.ndarray
+
+    def are_at(self, columns, column, planar, beside=0):
+        """(N,) bool: is there a post at a planar range (N,) [m] in a column (N,) of `columns`, or
+        in those `beside` it?"""
+        counts = np.bincount(self.column, minlength=columns)
+        place = np.arange(len(self.column)) - (np.cumsum(counts) - counts)[self.column]
+        distances = np.full((columns, counts.max()), np.inf)
+        distances[self.column, place] = self.distance
+        found = np.zeros(len(column), bool)
+        for offset in range(-beside, beside + 1):
+            there = distances[(column + offset) % columns]
+            found |= (np.abs(planar[:, None] - there) <= _NEAR).any(axis=1)
+        return found
 
 
 def ceiling_height(height, planar, column):

@@ -19,6 +19,8 @@ _ON_FLOOR, _ON_FLOOR_MOST = 0.03, 0.06  # a return so near to the plane may be f
 _UNEVENNESS = 3.0  # or within so many sigma of the floor's own height
 _LEVEL_SHARE = 0.4  # floor behind an opening must go on as level as this share of it
 _DROP = 0.01  # and what lies so much lower than floor can, tells of a drop [m]
+_FEET_SHARE = 0.2  # of a plane's returns at walls, which no floor has
+_POSTS_BESIDE = 2  # columns
 _NEAREST_WALL, _FARTHEST_WALL = 0.2, 65.0  # planar range [m]
 _BELOW_CEILING = 0.05
 _WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
@@ -93,6 +95,17 @@ class Room:
         gate = self.params.smoke_gate * (ordered_sum(strength[near_floor]) / count)
         near = square < _SOFT_RANGE * _SOFT_RANGE
         return near & (strength < gate) & (self.height > self.params.min_wall_height)
+
+    def stands_on_walls(self):
+        """Does the plane pass through the feet of walls, not through a floor? A fifth of its
+        returns stand where a post of their column does; of a floor's that are few."""
+        low = np.flatnonzero(self.is_low)
+        at_posts = self.posts.are_at(self.columns, self.column[low], self.planar[low])
+        return np.count_nonzero(at_posts) > _FEET_SHARE * len(low)
+
+    def is_at_post(self):
+        """(N,) bool: does a post stand there, in the column or in the two to either side?"""
+        return self.posts.are_at(self.columns, self.column, self.planar, _POSTS_BESIDE)
 
     def find_walls(self, directions):
         """Relief, lines, the profile of the boundary and the drop-offs."""

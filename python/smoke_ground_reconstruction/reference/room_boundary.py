@@ -96,10 +96,8 @@ class RoomBoundary:
         level = Scan(view, mounting)
         valid = np.flatnonzero(level.valid)
         xyz = level.xyz[valid]
-        floor = fit_floor(xyz.astype(np.float64), mounting.sensor_height, self._floor, self.params)
-        if floor.source == FloorSource.MEASURED:
-            self._floor = floor
-        room = self._look(xyz, view.intensity[valid].astype(np.float64), floor)
+        floor, room = self._find_floor(xyz, view.intensity[valid].astype(np.float64), mounting)
+        room.find_walls(self._directions)
         claim = claim_floor(room)
         drawn = draw_floor(room, claim, self._directions, self._bins, sensor, mounting)
         outline = outline_of(room, claim, self._directions, mounting)
@@ -120,15 +118,33 @@ class RoomBoundary:
             drawn,
         )
 
+    def _find_floor(self, xyz, intensity, mounting):
+        """A floor that gives no return (wet, black) leaves the feet of walls as the lowest there
+        is. They are left out then; if no floor is found beside them, what was known before has to
+        do."""
+
+        def fit(points):
+            points = points.astype(np.float64)
+            return fit_floor(points, mounting.sensor_height, self._floor, self.params)
+
+        floor = fit(xyz)
+        room = self._look(xyz, intensity, floor)
+        is_first = True
+        while floor.source == FloorSource.MEASURED and room.stands_on_walls():
+            floor = fit(xyz[~room.is_at_post()] if is_first else xyz[:0])
+            room = self._look(xyz, intensity, floor)
+            is_first = False
+        if floor.source == FloorSource.MEASURED:
+            self._floor = floor
+        return floor, room
+
     def _look(self, xyz, intensity, floor):
         """The room in whichever frame stands its walls upright: the level one or the floor's."""
         rooms = [
             Room(xyz, intensity, floor, rotation, self._bins, self.params)
             for rotation in upright_candidates(floor.plane)
         ]
-        room = max(rooms, key=lambda candidate: candidate.posts.count.sum())
-        room.find_walls(self._directions)
-        return room
+        return max(rooms, key=lambda candidate: candidate.posts.count.sum())
 
 
 def _labels(room, measured):
