@@ -20,10 +20,10 @@ constexpr double kSlack = 0.015;  // of the rise between neighbouring cells [m]
 constexpr double kNear = 0.45;    // returns on floor drawn on lie so near to measured floor [m]
 constexpr int kHop = 2;           // cells without returns between two rings
 constexpr std::size_t kPlatformCells = 25;
-constexpr std::size_t kFewestCells = 10;  // less relief is clutter
-constexpr double kFlatness = 0.004;       // a floor without relief strays so far per metre [m]
-constexpr double kUnseenSlope = 0.35;     // of the steepest slope seen may be missed per metre
-constexpr double kUnseenHeight = 0.1;     // ... or of the greatest height
+constexpr std::size_t kFewestCells = 6;  // fewer make no facet: clutter
+constexpr double kFlatness = 0.004;      // a floor without relief strays so far per metre [m]
+constexpr double kUnseenSlope = 0.35;    // of the steepest slope seen may be missed per metre
+constexpr double kUnseenHeight = 0.1;    // ... or of the greatest height
 
 constexpr std::uint32_t kNotRanked = 0xFFFFFFFFU;
 

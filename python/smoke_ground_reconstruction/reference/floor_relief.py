@@ -26,7 +26,7 @@ _SLACK = 0.015  # of the rise between neighbouring cells [m]
 _NEAR = 0.45  # returns on the floor drawn on lie so near to measured floor [m]
 _HOP = 2  # cells without returns between two rings
 _PLATFORM_CELLS = 25
-_FEWEST_CELLS = 10  # less relief is clutter
+_FEWEST_CELLS = 6  # fewer make no facet: clutter
 _FLATNESS = 0.004  # a floor without relief strays so far from its plane per metre [m]
 _UNSEEN_SLOPE = 0.35  # of the steepest slope seen may be missed per metre
 
