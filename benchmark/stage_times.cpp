@@ -45,8 +45,31 @@ using Inputs = std::vector<std::unique_ptr<Input>>;
 struct Stage {
   std::string name;
   std::string engine;
-  std::function<void(Input*)> work;
+  /// Returns the bytes of the arrays it was given and of those it gave, each once: what any method
+  /// must touch. Memory of its own and second looks are not in it.
+  std::function<std::size_t(Input*)> work;
 };
+
+template <typename T>
+std::size_t bytesOf(const std::vector<T>& values) {
+  return values.size() * sizeof(T);
+}
+
+std::size_t bytesOf(const Scan& scan) {
+  return bytesOf(scan.x) + bytesOf(scan.y) + bytesOf(scan.z) + bytesOf(scan.intensity) +
+         bytesOf(scan.ring) + bytesOf(scan.valid);
+}
+
+std::size_t bytesOf(const FloorSurface& s) {
+  return bytesOf(s.x) + bytesOf(s.y) + bytesOf(s.z) + bytesOf(s.intensity) + bytesOf(s.ring) +
+         bytesOf(s.provenance) + bytesOf(s.confidence) + bytesOf(s.sigma) +
+         bytesOf(s.boundary.vertices) + bytesOf(s.boundary.kinds);
+}
+
+std::size_t bytesOf(const PipelineResult& result) {
+  return bytesOf(result.labels) + bytesOf(result.clusters) + bytesOf(result.surface) +
+         bytesOf(result.occupancy.cells);
+}
 
 /// Every point asked for more than two neighbours within three azimuth steps of 0.4 deg.
 AgdorParams narrow() {
@@ -116,7 +139,9 @@ Stage denoiser(const std::string& name, const std::string& engine, AgdorParams p
                const NeighborCounterFactory& counter = nullptr) {
   if (counter) params.engine = DenoiserEngine::kKdTree;
   const auto filter = std::make_shared<AgdorFilter>(params, counter);
-  return {name, engine, [filter](Input* input) { filter->classify(*input->scan); }};
+  return {name, engine, [filter](Input* input) {
+            return bytesOf(*input->scan) + bytesOf(filter->classify(*input->scan));
+          }};
 }
 
 Stage clusterer(double tolerance, const std::string& engine,
@@ -124,7 +149,10 @@ Stage clusterer(double tolerance, const std::string& engine,
   const auto kind = finder ? ClusterEngine::kKdTree : ClusterEngine::kGrid;
   const auto stage = std::make_shared<WallClustering>(clustering(tolerance, kind), finder);
   const std::string name = tolerance < 0.1 ? "cluster, 0.05 m" : "cluster, 0.20 m";
-  return {name, engine, [stage](Input* input) { stage->cluster(*input->scan, input->labels); }};
+  return {name, engine, [stage](Input* input) {
+            return bytesOf(*input->scan) + bytesOf(input->labels) +
+                   bytesOf(stage->cluster(*input->scan, input->labels));
+          }};
 }
 
 Stage whole(const std::string& engine, PipelineParams params, const Engines& engines) {
@@ -132,28 +160,40 @@ Stage whole(const std::string& engine, PipelineParams params, const Engines& eng
   const auto pipeline = std::make_shared<Pipeline>(params, engines);
   const bool is_room = params.reconstructor.method == ReconstructionMethod::kRoomBoundary;
   return {is_room ? "whole, room_boundary" : "whole, polar_segments", engine,
-          [pipeline](Input* input) { pipeline->process(input->view); }};
+          [pipeline](Input* input) {
+            return bytesOf(input->packed) + bytesOf(pipeline->process(input->view));
+          }};
 }
 
 std::vector<Stage> ourStages() {
   std::vector<Stage> stages;
-  stages.push_back({"decode", "", [](Input* input) { Scan(input->view); }});
-  stages.push_back({"observe", "", [](Input* input) { input->sensor.observe(input->view); }});
+  stages.push_back({"decode", "", [](Input* input) {
+                      return bytesOf(input->packed) + bytesOf(Scan(input->view));
+                    }});
+  stages.push_back({"observe", "", [](Input* input) {
+                      input->sensor.observe(input->view);
+                      return bytesOf(input->packed);
+                    }});
   stages.push_back(denoiser("denoise A", "window", narrow()));
   stages.push_back(denoiser("denoise B", "window", AgdorParams()));
   const auto segmentation = std::make_shared<ChannelSegmentation>(ChannelSegmentationParams());
-  stages.push_back({"segment", "", [segmentation](Input* input) {
-                      segmentation->classify(*input->scan, input->denoised, input->sensor);
-                    }});
+  stages.push_back(
+      {"segment", "", [segmentation](Input* input) {
+         return bytesOf(*input->scan) + bytesOf(input->denoised) +
+                bytesOf(segmentation->classify(*input->scan, input->denoised, input->sensor));
+       }});
   stages.push_back(clusterer(0.05, "grid"));
   stages.push_back(clusterer(0.20, "grid"));
   const auto polar = std::make_shared<PolarSegments>(PolarSegmentsParams());
   stages.push_back({"reconstruct", "polar_segments", [polar](Input* input) {
-                      polar->reconstruct(input->ground->view(), input->walls->view(), input->sensor,
-                                         Mounting());
+                      return bytesOf(*input->ground) + bytesOf(*input->walls) +
+                             bytesOf(polar->reconstruct(input->ground->view(), input->walls->view(),
+                                                        input->sensor, Mounting()));
                     }});
   stages.push_back({"rasterize", "", [](Input* input) {
-                      rasterize(input->surface, input->walls->view(), Mounting(), 0.1);
+                      const auto grid =
+                          rasterize(input->surface, input->walls->view(), Mounting(), 0.1);
+                      return bytesOf(input->surface) + bytesOf(*input->walls) + bytesOf(grid.cells);
                     }});
   PipelineParams params;
   params.reconstructor.method = ReconstructionMethod::kPolarSegments;
@@ -203,7 +243,8 @@ std::string percentiles(std::vector<double> times) {
 std::string timed(const Stage& stage, const Inputs& inputs, std::size_t runs) {
   std::vector<double> cpu(runs);
   std::vector<double> wall(runs);
-  for (const auto& input : inputs) stage.work(input.get());  // the steady state
+  std::size_t touched = 0;
+  for (const auto& input : inputs) touched += stage.work(input.get());  // the steady state
   const CountedMemory before = countedMemory();
   for (std::size_t i = 0; i < runs; ++i) {
     Input* const input = inputs[i % inputs.size()].get();
@@ -218,7 +259,8 @@ std::string timed(const Stage& stage, const Inputs& inputs, std::size_t runs) {
          "\", \"runs\": " + std::to_string(runs) + ", \"cpu_ms\": " + percentiles(cpu) +
          ", \"wall_ms\": " + percentiles(wall) +
          ", \"allocations\": " + std::to_string((after.allocations - before.allocations) / runs) +
-         ", \"allocated_bytes\": " + std::to_string((after.bytes - before.bytes) / runs) + "}";
+         ", \"allocated_bytes\": " + std::to_string((after.bytes - before.bytes) / runs) +
+         ", \"touched_bytes\": " + std::to_string(touched / inputs.size()) + "}";
 }
 
 std::size_t meanOver(const Inputs& inputs, const std::function<std::size_t(const Input&)>& number) {

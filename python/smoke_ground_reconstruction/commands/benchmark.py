@@ -4,9 +4,10 @@ import argparse
 import json
 import subprocess
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Iterator, List, Sequence
+from typing import Callable, Iterator, List, Optional, Sequence
 
 import numpy as np
 
@@ -19,6 +20,7 @@ SENSORS = ("qt128/8", "qt128/4", "qt128/2", "qt128", "vlp16", "vlp32c", "os0_128
 """16 to 128 rings; `/2` keeps every other ring."""
 
 LEVELS = ("clear", "light", "heavy", "very_heavy")
+OTHERS = ("PCL", "nanoflann", "Patchwork++")
 MAIN_SENSOR, MAIN_LEVEL = "qt128", "heavy"
 
 
@@ -70,6 +72,7 @@ def run(arguments: argparse.Namespace) -> None:
     results = {}
     for case in progress(cases, len(cases), "case"):
         results[case.name] = timed(program, case, arguments.runs, arguments.reference_runs)
+        results[case.name]["stages"].append(patchworkpp(case, arguments.reference_runs))
     output = Path(arguments.output)
     output.mkdir(parents=True, exist_ok=True)
     (output / "results.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
@@ -107,6 +110,39 @@ def timed(program: Path, case: Case, runs: int, reference_runs: int) -> dict:
     if done.returncode != 0:
         raise CommandError(f"{case.name}: {done.stderr.strip() or 'stage_times failed'}")
     return json.loads(done.stdout)
+
+
+def patchworkpp(case: Case, runs: int, ground: Optional[Callable] = None) -> dict:
+    """Patchwork++ on a case, ground alone, its object and the copies of its binding included.
+
+    `ground` stands in for evaluation.baselines.ground.patchworkpp. Where that is not installed the
+    row has no times but the reason under "absent".
+    """
+    from smoke_ground_reconstruction.evaluation.baselines import ground as baseline
+    from smoke_ground_reconstruction.evaluation.baselines.native import BaselineUnavailableError
+
+    row = {"stage": "segment", "engine": "Patchwork++", "runs": runs}
+    scans = [
+        (np.stack([scan[axis] for axis in "xyz"], 1), scan["intensity"]) for scan in case.scans
+    ]
+    times = []
+    try:
+        for number in range(-len(scans), runs):  # a first round to warm up
+            xyz, intensity = scans[number % len(scans)]
+            begin = time.thread_time_ns(), time.perf_counter_ns()
+            (ground or baseline.patchworkpp)(xyz, intensity, 0.7)
+            end = time.thread_time_ns(), time.perf_counter_ns()
+            if number >= 0:
+                times.append((end[0] - begin[0], end[1] - begin[1]))
+    except BaselineUnavailableError as error:
+        return {**row, "absent": str(error)}
+    cpu, wall = 1e-6 * np.sort(np.array(times), axis=0).T
+    return {**row, "cpu_ms": _percentiles(cpu), "wall_ms": _percentiles(wall)}
+
+
+def _percentiles(times: np.ndarray) -> dict:
+    """As percentiles() in benchmark/stage_times.cpp, of sorted times."""
+    return {f"p{p}": times[-(-p * len(times) // 100) - 1] for p in (50, 99)}
 
 
 def _cases(arguments: argparse.Namespace) -> Iterator[Case]:
@@ -164,7 +200,7 @@ def as_markdown(results: dict) -> str:
     lines = [f"Thread CPU time and wall time [ms], {main}: {_described(results[main])}.", ""]
     head = ("stage", "engine", "CPU p50", "CPU p99", "wall p50", "wall p99", "PCL / this")
     lines += _table(
-        (*head, "allocations", "kB allocated"),
+        (*head, "allocations", "kB allocated", "kB touched"),
         (_full_row(stage, results[main]) for stage in results[main]["stages"]),
     )
     lines += ["", "Median thread CPU time [ms] of every kind of scan.", ""]
@@ -194,20 +230,25 @@ def _table(head: Sequence[str], rows) -> List[str]:
 
 
 def _full_row(stage: dict, result: dict) -> List[str]:
+    if "absent" in stage:
+        return [stage["stage"], stage["engine"], "not installed", *[""] * 7]
     reference = _of(result, stage["stage"], "PCL")
     ratio = ""
     if reference is not None and reference is not stage:
         ratio = f"{reference['cpu_ms']['p50'] / stage['cpu_ms']['p50']:.0f}"
     times = [stage[clock][share] for clock in ("cpu_ms", "wall_ms") for share in ("p50", "p99")]
-    memory = [_count(stage["allocations"]), _count(stage["allocated_bytes"] // 1000)]
-    return [stage["stage"], stage["engine"], *(f"{time:.2f}" for time in times), ratio, *memory]
+    sizes = [stage.get(f"{kind}_bytes") for kind in ("allocated", "touched")]
+    memory = [stage.get("allocations"), *(None if size is None else size // 1000 for size in sizes)]
+    counts = ["" if number is None else _count(number) for number in memory]
+    return [stage["stage"], stage["engine"], *(f"{time:.2f}" for time in times), ratio, *counts]
 
 
 def _median_row(stage: dict, results: dict) -> List[str]:
     cells = [stage["stage"], stage["engine"]]
     for result in results.values():
         same = _of(result, stage["stage"], stage["engine"])
-        cells.append("" if same is None else f"{same['cpu_ms']['p50']:.2f}")
+        is_timed = same is not None and "absent" not in same
+        cells.append(f"{same['cpu_ms']['p50']:.2f}" if is_timed else "")
     return cells
 
 
@@ -228,16 +269,17 @@ def plot(results: dict):
     from smoke_ground_reconstruction.evaluation import drawing
 
     figure, axes = drawing.new_figure(2, width=5.6)
-    stages = [(s["stage"], s["engine"]) for s in next(iter(results.values()))["stages"]]
-    for axis, is_tree in zip(axes[0], (False, True)):
-        chosen = [key for key in stages if (key[1] in ("PCL", "nanoflann")) == is_tree]
+    first = next(iter(results.values()))["stages"]
+    stages = [(s["stage"], s["engine"]) for s in first if "absent" not in s]
+    for axis, is_other in zip(axes[0], (False, True)):
+        chosen = [key for key in stages if (key[1] in OTHERS) == is_other]
         for number, key in enumerate(chosen):
             _plot_stage(axis, f"C{number % 10}", "os"[number // 10], key, results)
         axis.set_xlim(left=0)
         axis.set_ylim(bottom=0)
         axis.set_xlabel("points of the scan [thousands]")
         axis.set_ylabel("median thread CPU time [ms]")
-        axis.set_title("trees to compare with" if is_tree else "ours", fontsize=10)
+        axis.set_title("others to compare with" if is_other else "ours", fontsize=10)
         axis.grid(alpha=0.3)
         axis.legend(fontsize=6)
     drawing.finish(figure)
