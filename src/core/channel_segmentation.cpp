@@ -104,6 +104,7 @@ struct RoughPair {
 struct Screen {
   float from_cosine, from_sine, to_cosine, to_sine;
   float max_height_step, min_range_step, relative_margin;
+  float least_nearness = 0.0F;  // of any pair: a range may have underflown
 
   explicit Screen(const PairTest& test)
       : from_cosine(static_cast<float>(test.angles.from.cosine)),
@@ -112,7 +113,11 @@ struct Screen {
         to_sine(static_cast<float>(test.angles.to.sine)),
         max_height_step(limited(test.max_height_step)),
         min_range_step(limited(test.min_range_step)),
-        relative_margin(limited(test.relative_margin)) {
+        relative_margin(static_cast<float>(test.relative_margin)) {
+    if (std::isinf(relative_margin)) {
+      relative_margin = 0.0F;
+      least_nearness = static_cast<float>(kNoLimit);
+    }
     const bool is_half_a_turn =
         from_cosine * to_cosine + from_sine * to_sine < -0.9998F;  // cos 179 deg
     if (is_half_a_turn) from_cosine = to_cosine = NAN;             // knows no angle
@@ -149,7 +154,7 @@ struct Screen {
     return p.range_margin + kScreenMargin * std::fabs(min_range_step);
   }
   float nearness(const RoughPair& p) const {
-    return relative_margin * p.first_range - std::fabs(p.range_step);
+    return (least_nearness + relative_margin * p.first_range) - std::fabs(p.range_step);
   }
   float nearnessMargin(const RoughPair& p) const {
     return p.range_margin + kScreenMargin * (relative_margin * p.first_range);

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from parity import compiled_group, compiled_mounting
@@ -94,6 +94,7 @@ POINT = st.tuples(COORDINATE, COORDINATE, COORDINATE, st.sampled_from([0, 1, 2, 
 
 @settings(max_examples=200, deadline=None)
 @given(points=st.lists(POINT, max_size=50), name=st.sampled_from(list(VARIANTS)))
+@example(points=[(1e-30, 0.0, 0.0, 0), (0.5, 0.0, 0.0, 1)], name="default")
 def test_odd_clouds(core, points, name):
     table = np.array(points, np.float64).reshape(-1, 4)
     view = view_of(table[:, :3], ring=table[:, 3])
