@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -32,7 +33,13 @@ struct FloorModel {
   double height_error = 0.0;  ///< measured less given height of the sensor over the floor [m]
 
   /// One sigma of the floor's height at (x, y): the plane's and the unevenness about it [m].
-  double sigma(double x, double y) const;
+  double sigma(double x, double y) const { return std::sqrt(variance(x, y)); }
+  double variance(double x, double y) const {
+    const auto& c = covariance;
+    const double of_plane = x * (c[0] * x + c[1] * y + c[2]) + y * (c[3] * x + c[4] * y + c[5]) +
+                            (c[6] * x + c[7] * y + c[8]);
+    return of_plane + uneven * uneven;
+  }
 };
 
 /// Fits the floor of one scan after another; keeps its buffers, not its answers.
@@ -57,12 +64,17 @@ class FloorFitter {
     std::array<double, 9> covariance;
   };
 
+  static constexpr std::size_t kMostTilts = 32;   // along one axis, and some more to fill vectors
+  static constexpr std::size_t kMostSlots = 100;  // of heights that are voted for
+
   void collectLow(const Points& returns, double sensor_height);
-  Plane coarse(double sensor_height);
-  void weighVotes(std::size_t stride);
-  double strongest(double b, double* slot);
-  bool refine(Plane plane, double sensor_height, FloorModel* found);
-  void keepNear(const Plane& plane);
+  Plane coarse(const Points& returns, double sensor_height);
+  void castVotes(const Points& returns, double sensor_height);
+  void countVotes(double a);
+  int strongest(std::size_t tilt, int* slot) const;
+  std::size_t slots() const;
+  bool refine(const Points& returns, Plane plane, double sensor_height, FloorModel* found);
+  void keepNear(const Points& returns, const Plane& plane);
   void residuals(const Plane& plane);
   Step reweighted(double sensor_height);
   void tellNoise(double* noise, double* uneven);
@@ -70,10 +82,13 @@ class FloorFitter {
   double totalWeight() const;
 
   RoomBoundaryParams params_;
-  std::vector<double> x_, y_, z_, sine_, residual_, scale_, weight_;  // of low returns
+  std::vector<std::uint8_t> is_low_;                                  // per return
+  std::vector<std::uint32_t> low_;                                    // returns
+  std::vector<double> x_, y_, z_, sine_, residual_, scale_, weight_;  // of those that are fitted
   std::size_t count_ = 0;                                             // the rest is padding
-  std::vector<double> vote_y_, vote_, turned_, over_lowest_, vote_x_;
-  std::vector<std::uint8_t> slot_;
+  std::vector<double> vote_x_, vote_y_, over_lowest_;
+  std::vector<int> vote_;
+  std::array<std::array<int, kMostSlots + 3>, kMostTilts> counts_{};  // by tilt along y and slot
   std::vector<std::uint16_t> cell_count_;
   std::vector<std::uint32_t> vote_cell_;
 };

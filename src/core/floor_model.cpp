@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -12,9 +13,8 @@ namespace {
 constexpr double kNearest = 0.3;  // planar range of the returns that vote [m]
 constexpr double kFarthest = 15.0;
 constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
-constexpr std::size_t kFitted = 8000;     // and in the fit
 constexpr double kSlotsPerMetre = 100.0;  // of heights that are voted for
-constexpr std::size_t kMostSlots = 100;   // 0.5 m to either side
+constexpr double kVote = 1024.0;          // a cell with one return
 constexpr double kCell = 0.1;             // each cell of the floor has about one vote [m]
 constexpr int kCellsAcross = 302, kMiddleCell = 151;
 constexpr double kPriorSlope = 0.0524;  // one sigma of the prior: 3 deg
@@ -39,7 +39,7 @@ double slopeOf(int degrees) {
 /// Counts of values >= 0 in steps, and their median.
 class Histogram {
  public:
-  explicit Histogram(double per_unit) : per_unit_(per_unit), counts_(kSize, 0) {}
+  explicit Histogram(double per_unit) : per_unit_(per_unit) {}
 
   void add(double value) {
     ++counts_[static_cast<std::size_t>(value * per_unit_)];
@@ -56,9 +56,25 @@ class Histogram {
  private:
   static constexpr std::size_t kSize = 1202;  // sines up to 1, lengths up to 0.06 m
   double per_unit_;
-  std::vector<std::uint32_t> counts_;
+  std::array<std::uint32_t, kSize> counts_{};
   std::size_t total_ = 0;
 };
+
+/// Which returns lie so near to the mounting height that they may be floor.
+SMOKE_GROUND_MULTIVERSION
+void markLow(const Points& returns, double sensor_height, double bound, double steepest,
+             std::uint8_t* is_low) {
+  const float* px = returns.x.data();
+  const float* py = returns.y.data();
+  const float* pz = returns.z.data();
+  for (std::size_t i = 0; i < returns.size(); ++i) {
+    const double x = px[i];
+    const double y = py[i];
+    const double off = std::fabs(pz[i] + sensor_height);
+    const double planar = std::sqrt(x * x + y * y);
+    is_low[i] = (off < bound + steepest * planar) & (planar > kNearest) & (planar < kFarthest);
+  }
+}
 
 FloorModel mountingModel(double sensor_height) {
   FloorModel model;
@@ -93,120 +109,129 @@ void Points::push(float px, float py, float pz) {
   z.push_back(pz);
 }
 
-double FloorModel::sigma(double x, double y) const {
-  const auto& c = covariance;
-  const double plane_part = x * (c[0] * x + c[1] * y + c[2]) + y * (c[3] * x + c[4] * y + c[5]) +
-                            (c[6] * x + c[7] * y + c[8]);
-  return std::sqrt(plane_part + uneven * uneven);
-}
-
 FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const FloorModel* before,
                             const RoomBoundaryParams& params) {
   params_ = params;
   collectLow(returns, sensor_height);
   FloorModel found;
-  if (static_cast<double>(count_) >= kFewest &&
-      refine(coarse(sensor_height), sensor_height, &found)) {
+  if (static_cast<double>(low_.size()) >= kFewest &&
+      refine(returns, coarse(returns, sensor_height), sensor_height, &found)) {
     return found;
   }
   return before != nullptr ? remembered(*before) : mountingModel(sensor_height);
 }
 
 void FloorFitter::collectLow(const Points& returns, double sensor_height) {
-  for (auto* values : {&x_, &y_, &z_}) values->clear();
-  const double bound = params_.max_height_deviation;
-  const double steepest = slopeOf(params_.max_floor_tilt_deg);
-  const double highest_reach = bound + steepest * kFarthest;
-  for (std::size_t i = 0; i < returns.size(); ++i) {
-    const double z = returns.z[i];
-    const double off = std::fabs(z + sensor_height);
-    if (off >= highest_reach) continue;
-    const double x = returns.x[i];
-    const double y = returns.y[i];
-    const double planar = std::sqrt(x * x + y * y);
-    if (!(off < bound + steepest * planar && planar > kNearest && planar < kFarthest)) {
-      continue;
-    }
-    x_.push_back(x);
-    y_.push_back(y);
-    z_.push_back(z);
+  is_low_.resize(returns.size());
+  markLow(returns, sensor_height, params_.max_height_deviation, slopeOf(params_.max_floor_tilt_deg),
+          is_low_.data());
+  low_.resize(returns.size());
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < returns.size(); ++i) {
+    low_[count] = i;
+    count += is_low_[i];
   }
-  count_ = x_.size();
+  low_.resize(count);
 }
 
 /// Tilt and height that most cells of the floor vote for; slight tilts win ties.
-FloorFitter::Plane FloorFitter::coarse(double sensor_height) {
-  const std::size_t stride = std::max<std::size_t>(1, count_ / kVotes);
-  weighVotes(stride);
-  over_lowest_.clear();
-  for (std::size_t i = 0; i < count_; i += stride) {
-    over_lowest_.push_back((z_[i] + sensor_height) + params_.max_height_deviation);
-  }
-  turned_.resize(vote_.size());
-  slot_.resize(vote_.size());
-  double best = -1.0;
+FloorFitter::Plane FloorFitter::coarse(const Points& returns, double sensor_height) {
+  castVotes(returns, sensor_height);
+  std::int64_t best = -1;
   Plane plane{};
+  const double lowest = -sensor_height - params_.max_height_deviation;
   const int steepest = params_.max_floor_tilt_deg;
   for (int along_x = -steepest; along_x <= steepest; ++along_x) {
     const double a = slopeOf(along_x);
-    for (std::size_t i = 0; i < vote_.size(); ++i) turned_[i] = over_lowest_[i] - a * vote_x_[i];
+    countVotes(a);
     for (int along_y = -steepest; along_y <= steepest; ++along_y) {
-      const double b = slopeOf(along_y);
-      double slot = 0.0;
-      const double most =
-          strongest(b, &slot) * (1.0 - 0.002 * (std::abs(along_x) + std::abs(along_y)));
+      int slot = 0;
+      const std::int64_t steepness = std::abs(along_x) + std::abs(along_y);
+      const std::int64_t most =
+          strongest(static_cast<std::size_t>(along_y + steepest), &slot) * (500 - steepness);
       if (most <= best) continue;
       best = most;
-      plane = {a, b, -sensor_height - params_.max_height_deviation + (slot + 0.5) / kSlotsPerMetre};
+      plane = {a, slopeOf(along_y), lowest + (slot + 0.5) / kSlotsPerMetre};
     }
   }
   return plane;
 }
 
 /// Each cell of the floor has about one vote.
-void FloorFitter::weighVotes(std::size_t stride) {
-  for (auto* values : {&vote_x_, &vote_y_, &vote_}) values->clear();
+void FloorFitter::castVotes(const Points& returns, double sensor_height) {
+  for (auto* values : {&vote_x_, &vote_y_, &over_lowest_}) values->clear();
   vote_cell_.clear();
+  vote_.clear();
   cell_count_.resize(static_cast<std::size_t>(kCellsAcross * kCellsAcross), 0);
-  for (std::size_t i = 0; i < count_; i += stride) {
-    const int column = floorToInt(x_[i] / kCell) + kMiddleCell;
-    const int row = floorToInt(y_[i] / kCell) + kMiddleCell;
+  const std::size_t stride = std::max<std::size_t>(1, low_.size() / kVotes);
+  for (std::size_t k = 0; k < low_.size(); k += stride) {
+    const double x = returns.x[low_[k]];
+    const double y = returns.y[low_[k]];
+    const int column = floorToInt(x / kCell) + kMiddleCell;
+    const int row = floorToInt(y / kCell) + kMiddleCell;
     vote_cell_.push_back(static_cast<std::uint32_t>(column * kCellsAcross + row));
     ++cell_count_[vote_cell_.back()];
-    vote_x_.push_back(x_[i]);
-    vote_y_.push_back(y_[i]);
+    vote_x_.push_back(x);
+    vote_y_.push_back(y);
+    over_lowest_.push_back((returns.z[low_[k]] + sensor_height) + params_.max_height_deviation);
   }
   for (const std::uint32_t cell : vote_cell_) {
-    vote_.push_back(1.0 / std::sqrt(static_cast<double>(cell_count_[cell])));
+    vote_.push_back(floorToInt(kVote / std::sqrt(static_cast<double>(cell_count_[cell])) + 0.5));
   }
   for (const std::uint32_t cell : vote_cell_) cell_count_[cell] = 0;
 }
 
-/// The most votes that three slots side by side have under a tilt, and the middle one.
-double FloorFitter::strongest(double b, double* slot) {
-  const auto slots =
-      static_cast<std::size_t>(2.0 * params_.max_height_deviation * kSlotsPerMetre + 0.5);
-  const auto nowhere = static_cast<std::uint8_t>(slots + 2);
-  for (std::size_t i = 0; i < slot_.size(); ++i) {
-    const double at = (turned_[i] - b * vote_y_[i]) * kSlotsPerMetre;
-    const bool is_inside = at >= 0.0 && at < static_cast<double>(slots);
-    slot_[i] = is_inside ? static_cast<std::uint8_t>(static_cast<int>(at) + 1) : nowhere;
+/// Slots of height that are voted for.
+std::size_t FloorFitter::slots() const {
+  return static_cast<std::size_t>(2.0 * params_.max_height_deviation * kSlotsPerMetre + 0.5);
+}
+
+/// Votes by slot of height under one tilt along x and every tilt along y.
+SMOKE_GROUND_MULTIVERSION
+void FloorFitter::countVotes(double a) {
+  const auto tilts = static_cast<std::size_t>(2 * params_.max_floor_tilt_deg + 1);
+  std::array<double, kMostTilts> slopes{};
+  for (std::size_t k = 0; k < tilts; ++k) {
+    slopes[k] = slopeOf(static_cast<int>(k) - params_.max_floor_tilt_deg);
   }
-  std::array<double, kMostSlots + 3> votes{};
-  for (std::size_t i = 0; i < slot_.size(); ++i) votes[slot_[i]] += vote_[i];
-  double most = -1.0;
-  for (std::size_t s = 0; s < slots; ++s) {
-    const double around = (votes[s] + votes[s + 1]) + votes[s + 2];
+  for (auto& counts : counts_) counts.fill(0);
+  const auto highest = static_cast<double>(slots());
+  const int nowhere = static_cast<int>(slots()) + 2;
+  const std::size_t padded = (tilts + 7) / 8 * 8;  // whole vectors
+  for (std::size_t i = 0; i < vote_.size(); ++i) {
+    const double turned = over_lowest_[i] - a * vote_x_[i];
+    const double y = vote_y_[i];
+    std::array<int, kMostTilts> slot;
+    for (std::size_t k = 0; k < padded; ++k) {
+      const double at = (turned - slopes[k] * y) * kSlotsPerMetre;
+      const bool is_inside = (at >= 0.0) & (at < highest);
+      slot[k] = is_inside ? static_cast<int>(at) + 1 : nowhere;
+    }
+    const int vote = vote_[i];
+    for (std::size_t k = 0; k < tilts; ++k) {
+      counts_[k][static_cast<std::size_t>(slot[k])] += vote;
+    }
+  }
+}
+
+/// The most votes that three slots side by side have under a tilt along y, and the middle one.
+int FloorFitter::strongest(std::size_t tilt, int* slot) const {
+  const auto& votes = counts_[tilt];
+  int most = -1;
+  for (std::size_t s = 0; s < slots(); ++s) {
+    const int around = votes[s] + votes[s + 1] + votes[s + 2];
     if (around <= most) continue;
     most = around;
-    *slot = static_cast<double>(s);
+    *slot = static_cast<int>(s);
   }
   return most;
 }
 
 /// Tukey's reweighted least squares; false where too little floor is left.
-bool FloorFitter::refine(Plane plane, double sensor_height, FloorModel* found) {
-  keepNear(plane);
+SMOKE_GROUND_MULTIVERSION
+bool FloorFitter::refine(const Points& returns, Plane plane, double sensor_height,
+                         FloorModel* found) {
+  keepNear(returns, plane);
   for (const double scale : kScales) {
     std::fill(scale_.begin(), scale_.end(), scale);
     residuals(plane);
@@ -234,30 +259,30 @@ bool FloorFitter::refine(Plane plane, double sensor_height, FloorModel* found) {
          std::fabs(found->height_error) <= params_.max_height_deviation;
 }
 
-/// Leaves only what lies near to a plane, padded to whole lanes by what no weight falls on.
-void FloorFitter::keepNear(const Plane& plane) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const double residual = z_[i] - ((plane.a * x_[i] + plane.b * y_[i]) + plane.c);
-    if (!(std::fabs(residual) < kTaken)) continue;
-    x_[kept] = x_[i];
-    y_[kept] = y_[i];
-    z_[kept++] = z_[i];
+/// Takes what lies near to a plane, padded to whole lanes by what no weight falls on.
+void FloorFitter::keepNear(const Points& returns, const Plane& plane) {
+  for (auto* values : {&x_, &y_, &z_}) values->resize(low_.size() + kLanes);
+  count_ = 0;
+  for (const std::uint32_t i : low_) {
+    const double x = x_[count_] = returns.x[i];
+    const double y = y_[count_] = returns.y[i];
+    const double z = z_[count_] = returns.z[i];
+    const double residual = z - ((plane.a * x + plane.b * y) + plane.c);
+    count_ += std::fabs(residual) < kTaken ? 1U : 0U;
   }
-  count_ = kept;
   const std::size_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
-  for (auto* values : {&x_, &y_}) {
-    values->resize(count_);
-    values->resize(padded, 0.0);
+  for (auto* values : {&x_, &y_, &z_}) values->resize(padded);
+  for (std::size_t k = count_; k < padded; ++k) {
+    x_[k] = y_[k] = 0.0;
+    z_[k] = 1e6;
   }
-  z_.resize(count_);
-  z_.resize(padded, 1e6);
   for (auto* values : {&sine_, &residual_, &scale_, &weight_}) values->resize(padded);
   for (std::size_t i = 0; i < padded; ++i) {
     sine_[i] = std::fabs(z_[i]) / std::sqrt((x_[i] * x_[i] + y_[i] * y_[i]) + z_[i] * z_[i]);
   }
 }
 
+SMOKE_GROUND_MULTIVERSION
 void FloorFitter::residuals(const Plane& plane) {
   for (std::size_t i = 0; i < residual_.size(); ++i) {
     residual_[i] = z_[i] - ((plane.a * x_[i] + plane.b * y_[i]) + plane.c);
@@ -265,6 +290,7 @@ void FloorFitter::residuals(const Plane& plane) {
 }
 
 /// One step about the plane of the residuals: the next plane, the weights and the covariance.
+SMOKE_GROUND_MULTIVERSION
 FloorFitter::Step FloorFitter::reweighted(double sensor_height) {
   enum { kS, kX, kY, kZ, kXx, kXy, kXz, kYy, kYz, kSums };
   std::array<std::array<double, kLanes>, kSums> sums{};

@@ -19,6 +19,7 @@ _NEAREST, _FARTHEST = 0.3, 15.0  # planar range of the returns that vote [m]
 _VOTES = 1500  # returns, at least, that take part in the search of the tilt
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
+_VOTE = 1024.0  # a cell with one return
 _PRIOR_SLOPE = 0.0524  # one sigma of the prior: 3 deg
 _PRIOR_HEIGHT = 0.05
 _SCALES = (0.05, 0.03, 0.02)  # of the residuals, coarse to fine, before those of the noise [m]
@@ -140,7 +141,7 @@ def _coarse(low, sensor_height, params):
     low = low[:: max(1, len(low) // _VOTES)]
     cell = np.floor(low[:, :2] / _CELL).astype(np.int64)
     _, of, count = np.unique(cell_numbers(cell), return_inverse=True, return_counts=True)
-    vote = 1.0 / np.sqrt(count[of])
+    vote = np.floor(_VOTE / np.sqrt(count[of]) + 0.5)
     bound, steepest = params.max_height_deviation, params.max_floor_tilt_deg
     slots = math.floor(2.0 * bound * _SLOTS_PER_METRE + 0.5)
     over_lowest = (low[:, 2] + sensor_height) + bound
@@ -152,7 +153,7 @@ def _coarse(low, sensor_height, params):
             inside = (slot >= 0.0) & (slot < slots)
             votes = np.bincount(slot[inside].astype(np.int64) + 1, vote[inside], slots + 2)
             around = (votes[:-2] + votes[1:-1]) + votes[2:]
-            most = around.max() * (1.0 - 0.002 * (abs(along_x) + abs(along_y)))
+            most = around.max() * (500 - (abs(along_x) + abs(along_y)))
             if most > best:
                 height = -sensor_height - bound + (around.argmax() + 0.5) / _SLOTS_PER_METRE
                 best, plane = most, np.array([_slope(along_x), _slope(along_y), height])
