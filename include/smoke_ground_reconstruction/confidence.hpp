@@ -21,27 +21,32 @@ class FloorConfidence {
   void look(const Room& room, const std::vector<double>& limit,
             const std::vector<std::uint32_t>& measured);
 
-  /// Of a point of the room's floor, 0..1.
-  float measured(std::size_t column, double planar) const { return of(column, planar, false); }
-  float drawn(std::size_t column, double planar) const { return of(column, planar, true); }
+  /// Of points of the room's floor, 0..1.
+  /// \param column, planar, confidence  arrays of `size` columns, planar ranges and answers.
+  void measured(const std::uint16_t* column, const double* planar, std::size_t size,
+                float* confidence) const;
+  void drawn(const std::uint16_t* column, const double* planar, std::size_t size,
+             float* confidence) const;
 
  private:
-  /// The model in one column: weights of what is left to tell of a point.
+  /// The model in one column, of measured or of drawn points: what is left to tell of a point.
   struct Column {
-    double constant, drawn;                  // logits
-    double end, seen, posts, drop_begin;     // planar ranges [m]; posts are NaN where none is
-    double rim_100, rim_500, limit_rim;      // weights of the distance to the end
-    double past_post, beyond, beyond_drawn;  // ... behind the posts and the measured floor
+    double constant;                      // logit
+    double end, seen, posts, drop_begin;  // planar ranges [m]; infinite where none is
+    double rim_100, rim_500, limit_rim;   // weights of the distance to the end
+    double past_post, beyond;             // ... behind the posts and the measured floor
   };
 
-  float of(std::size_t column, double planar, bool is_drawn) const;
   void findSeen(const Room& room, const std::vector<std::uint32_t>& measured);
   void findPosts(const Room& room);
   void findBridges(const Profile& profile);
   void findDrops(const DropOffs& drops);
   Column describe(const Room& room, double limit, std::size_t c, double unknown) const;
+  Column ofDrawn(const Column& measured, std::size_t c) const;
+  static void tell(const Column* columns, const std::uint16_t* column, const double* planar,
+                   std::size_t size, float* confidence);
 
-  std::vector<Column> columns_;
+  std::vector<Column> measured_, drawn_;  // by column
   FarthestReturns farthest_;
   std::vector<double> seen_, own_post_, post_, bridge_, near_drop_;
   bool has_drop_ = false;

@@ -16,6 +16,8 @@ class CellGrid {
   explicit CellGrid(double size) : size_(size) {}
   /// The cell of a place; kOutside beyond the grid.
   std::uint32_t cellOf(double x, double y) const;
+  /// The same of `size` places.
+  void cellsOf(const float* x, const float* y, std::size_t size, std::uint32_t* cells) const;
 
  private:
   double size_;
@@ -28,7 +30,11 @@ class CellSet {
   /// \param size  edge of a cell [m].
   void clear(double size);
   void insert(double x, double y);
-  bool contains(double x, double y) const;
+  /// \param cell  as grid() numbers them.
+  bool contains(std::uint32_t cell) const {
+    return cell != CellGrid::kOutside && (bits_[cell / 64] >> (cell % 64) & 1U) != 0;
+  }
+  const CellGrid& grid() const { return grid_; }
 
  private:
   CellGrid grid_;

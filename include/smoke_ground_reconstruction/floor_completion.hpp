@@ -20,17 +20,19 @@ struct FloorClaim {
   std::vector<std::uint32_t> measured;  ///< returns of the room that are floor, in order
 };
 
-/// Points of the floor that were not measured, in the room's upright frame.
+/// Points of the floor that were not measured, in the room's upright frame: the first `size` of
+/// each array.
 struct DrawnFloor {
-  static constexpr std::int32_t kNoRing = -1;
+  static constexpr std::uint16_t kNoRing = 0xFFFF;
 
   Points points;  ///< [m], on plane and relief
   std::vector<std::uint16_t> column;
-  std::vector<double> planar;      ///< [m]
-  std::vector<std::int32_t> ring;  ///< of the beam that a point lies on; kNoRing of fill
+  std::vector<double> planar;       ///< [m]
+  std::vector<std::uint16_t> ring;  ///< of the beam that a point lies on; kNoRing of fill
+  std::size_t size = 0;
 
-  std::size_t size() const { return column.size(); }
-  void clear();
+  /// Makes the arrays long enough for so many more.
+  void reserveMore(std::size_t more);
 };
 
 /// Completes the floor of a room: how far it is claimed, its points and its outline. Keeps its
@@ -53,22 +55,51 @@ class FloorCompletion {
              FloorSurface* surface);
 
  private:
+  /// A ring's beams or a column's fill.
+  struct Stretch {
+    std::vector<float> x, y, z;
+    std::vector<double> planar;
+    std::vector<std::uint32_t> column;
+    std::vector<std::uint32_t> chosen, cell;  // what of it is claimed
+    std::vector<float> near_x, near_y;
+
+    void reserve(std::size_t size);
+  };
+  /// The beams in the room's upright frame: one at azimuth i and a tangent of elevation runs along
+  /// (x, y, z)[i] + tangent * up.
+  struct Beams {
+    std::vector<double> x, y, z;
+    std::vector<double> slope;  // against the floor
+    std::array<double, 3> up, plane;
+    double up_slope, lowest;  // of the slopes
+    bool is_level;            // does each meet the floor in the column of its azimuth?
+  };
+
+  void layBeams(const Room& room, const Mounting& mounting);
+  bool mayMeetFloor(double tangent, double farthest) const;
+  void cutBeams(double tangent);
   void raise(FloorRelief* relief);
   void drawBeams(const Room& room, const SensorModel& sensor, const Mounting& mounting);
   void drawFill(const Room& room);
-  void push(const Room& room, double x, double y, double z, std::size_t column, double planar,
-            std::int32_t ring);
-  void appendMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                      const Room& room, const FloorModel& floor, FloorSurface* surface) const;
-  void appendDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
-                   const FloorModel& floor, FloorSurface* surface);
+  void fill(const Room& room, std::size_t column, double begin, double spacing, std::size_t count);
+  void keep(const Room& room, std::size_t size, std::uint16_t ring);
+  void placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
+                     const Room& room, const FloorModel& floor, FloorSurface* surface);
+  void placeDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
+                  const FloorModel& floor, FloorSurface* surface);
+  void placeRings(const SensorModel& sensor, FloorSurface* surface);
+  void tellSigma(Room* room, const FloorModel& floor, const Points& level, FloorSurface* surface);
   void outline(const Room& room, const Mounting& mounting, FloorOutline* boundary) const;
-  std::uint16_t nearestRing(const SensorModel& sensor, const std::array<float, 3>& point);
 
   const AzimuthBins& bins_;
   const ColumnDirections& directions_;
   FloorClaim claim_;
   DrawnFloor drawn_;
+  Beams beams_ = {};
+  Stretch stretch_;
+  Points level_;
+  std::vector<std::uint16_t> column_;  // of the measured points
+  std::vector<double> planar_;
   CellSet measured_cells_;
   std::vector<std::uint8_t> is_measured_;  // per low return
   std::vector<std::uint32_t> behind_;      // low returns

@@ -34,6 +34,8 @@ struct FloorSurface {
   std::array<double, 3> floor_plane = {0, 0, 0};  ///< a, b, c of z = a x + b y + c, sensor frame
 
   std::size_t size() const { return x.size(); }
+  /// Makes room for so many points, with a sigma each; keeps memory and whatever stands in it.
+  void resize(std::size_t points);
   /// Drops the points and the outline, not their memory.
   void clear();
   void push(const std::array<float, 3>& point, float point_intensity, std::uint16_t point_ring,

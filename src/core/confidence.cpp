@@ -3,7 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
+
+#include "multiversion.hpp"
 
 namespace smoke_ground_reconstruction {
 namespace {
@@ -59,9 +63,31 @@ constexpr std::size_t kPostColumns = 2;  // to either side whose posts count
 constexpr std::uint32_t kPostReturns = 6;
 constexpr double kNoPostThere = std::numeric_limits<double>::quiet_NaN();
 
+double notNegative(double value) { return value > 0.0 ? value : 0.0; }
+double atMost(double value, double most) { return value < most ? value : most; }
+
 /// 1 at the end and past it, falling to 0 at `reach` [m] before it.
 double hinge(double margin, double reach) {
-  return std::max(0.0, 1.0 - std::max(0.0, margin) / reach);
+  return notNegative(1.0 - notNegative(margin) * (1.0 / reach));
+}
+
+/// 1 / (1 + exp(-logit)) to 2e-7: loops vectorize. The exponent is split off in powers of two; of
+/// what is left Taylor's series is exact enough.
+float logistic(float logit) {
+  const float inside = logit > 80.0F ? 80.0F : (logit > -80.0F ? logit : -80.0F);
+  const float powers = -inside * 1.44269504F;
+  const auto whole = static_cast<std::int32_t>(powers + (powers < 0.0F ? -0.5F : 0.5F));
+  const float rest = (powers - static_cast<float>(whole)) * 0.693147181F;
+  const float series =
+      1.0F +
+      rest *
+          (1.0F +
+           rest * (0.5F + rest * (1.0F / 6 +
+                                  rest * (1.0F / 24 + rest * (1.0F / 120 + rest * (1.0F / 720))))));
+  const std::int32_t bits = (whole + 127) << 23;
+  float power = 0.0F;
+  std::memcpy(&power, &bits, sizeof(power));
+  return 1.0F / (1.0F + series * power);
 }
 
 }  // namespace
@@ -75,9 +101,11 @@ void FloorConfidence::look(const Room& room, const std::vector<double>& limit,
   findDrops(room.drops());
   const auto seen = std::count(kinds.begin(), kinds.end(), BoundaryKind::kWallSeen);
   const double unknown = 1.0 - static_cast<double>(seen) / static_cast<double>(kinds.size());
-  columns_.clear();
+  measured_.resize(kinds.size());
+  drawn_.resize(kinds.size());
   for (std::size_t c = 0; c < kinds.size(); ++c) {
-    columns_.push_back(describe(room, limit[c], c, unknown));
+    measured_[c] = describe(room, limit[c], c, unknown);
+    drawn_[c] = ofDrawn(measured_[c], c);
   }
 }
 
@@ -99,39 +127,58 @@ FloorConfidence::Column FloorConfidence::describe(const Room& room, double limit
                     w[kPostsOffBridge] * off * inferred + w[kDrop] * (has_drop_ ? 1.0 : 0.0) +
                     w[kNearDrop] * near_drop_[c] + w[kUnknown] * unknown +
                     w[kUnknownInferred] * unknown * inferred;
-  column.drawn = w[kDrawn] + w[kNearDropDrawn] * near_drop_[c];
   column.drop_begin = room.drops().begin[c];
   column.end = std::min(limit, column.drop_begin);
   column.seen = seen_[c];
-  column.posts = post_[c];
+  column.posts = has_post ? post_[c] : std::numeric_limits<double>::infinity();
   column.rim_100 = w[kRim100] + w[kRim100Inferred] * inferred + w[kNoPostRim100] * no_post;
   column.rim_500 = w[kRim500] + w[kRim500Inferred] * inferred + w[kBridgeRim500] * bridge_[c];
   column.limit_rim = w[kRim300Limit] * open;
   column.past_post = w[kPastPostWall] * wall + w[kPastPostBridge] * inferred;
   column.beyond = w[kNearDropBeyond] * near_drop_[c];
-  column.beyond_drawn = w[kBeyond];
   return column;
 }
 
-float FloorConfidence::of(std::size_t column, double planar, bool is_drawn) const {
-  const Column& at = columns_[column];
-  const auto& w = kWeights;
-  const double margin = at.end - planar, rim_100 = hinge(margin, 0.1);
-  const double beyond = std::min(std::max(0.0, planar - at.seen), kFarthestBeyond);
-  const double far = std::min(planar, kFarthestPlanar) / kFarthestPlanar;
-  double logit = at.constant + w[kRim20] * hinge(margin, 0.02) + at.rim_100 * rim_100 +
-                 at.rim_500 * hinge(margin, 0.5) + w[kRim2000] * hinge(margin, 2.0) +
-                 at.limit_rim * hinge(margin, 0.3) + at.beyond * beyond +
-                 w[kDropRim100] * hinge(at.drop_begin - planar, 0.1) + w[kFar] * far +
-                 w[kFarRim100] * far * rim_100;
-  if (!std::isnan(at.posts)) {
-    const double past = std::clamp((planar - at.posts + kPostHalf) / (2.0 * kPostHalf), 0.0, 1.0);
-    logit += past * (at.past_post + w[kPastPostRim100] * rim_100);
+FloorConfidence::Column FloorConfidence::ofDrawn(const Column& measured, std::size_t c) const {
+  Column column = measured;
+  column.constant += kWeights[kDrawn] + kWeights[kNearDropDrawn] * near_drop_[c];
+  column.beyond += kWeights[kBeyond];
+  return column;
+}
+
+void FloorConfidence::measured(const std::uint16_t* column, const double* planar, std::size_t size,
+                               float* confidence) const {
+  tell(measured_.data(), column, planar, size, confidence);
+}
+
+void FloorConfidence::drawn(const std::uint16_t* column, const double* planar, std::size_t size,
+                            float* confidence) const {
+  tell(drawn_.data(), column, planar, size, confidence);
+}
+
+SMOKE_GROUND_MULTIVERSION
+void FloorConfidence::tell(const Column* columns, const std::uint16_t* column, const double* planar,
+                           std::size_t size, float* confidence) {
+  for (std::size_t i = 0; i < size; ++i) {
+    const Column& at = columns[column[i]];
+    const double range = planar[i];
+    const double margin = at.end - range;
+    const double rim_100 = hinge(margin, 0.1);
+    const double beyond = atMost(notNegative(range - at.seen), kFarthestBeyond);
+    const double far = atMost(range, kFarthestPlanar) / kFarthestPlanar;
+    const double past_share = (range - at.posts + kPostHalf) / (2.0 * kPostHalf);
+    const double past = atMost(notNegative(past_share), 1.0);
+    const double rims =
+        (kWeights[kRim20] * hinge(margin, 0.02) + at.rim_100 * rim_100) +
+        (at.rim_500 * hinge(margin, 0.5) + kWeights[kRim2000] * hinge(margin, 2.0)) +
+        at.limit_rim * hinge(margin, 0.3);
+    const double logit = at.constant + rims + at.beyond * beyond +
+                         kWeights[kDropRim100] * hinge(at.drop_begin - range, 0.1) +
+                         far * (kWeights[kFar] + kWeights[kFarRim100] * rim_100) +
+                         past * (at.past_post + kWeights[kPastPostRim100] * rim_100);
+    confidence[i] = static_cast<float>(logit);
   }
-  if (is_drawn) {
-    logit += at.drawn + at.beyond_drawn * beyond;
-  }
-  return static_cast<float>(1.0 / (1.0 + std::exp(-logit)));
+  for (std::size_t i = 0; i < size; ++i) confidence[i] = logistic(confidence[i]);
 }
 
 void FloorConfidence::findSeen(const Room& room, const std::vector<std::uint32_t>& measured) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -25,6 +26,20 @@ std::uint32_t CellGrid::cellOf(double x, double y) const {
   return static_cast<std::uint32_t>(column * kAcross + row);
 }
 
+SMOKE_GROUND_MULTIVERSION
+void CellGrid::cellsOf(const float* x, const float* y, std::size_t size,
+                       std::uint32_t* cells) const {
+  constexpr double kHalf = kAcross / 2;
+  for (std::size_t i = 0; i < size; ++i) {
+    const double u = static_cast<double>(x[i]) / size_;
+    const double v = static_cast<double>(y[i]) / size_;
+    const bool is_inside = (u >= -kHalf) & (v >= -kHalf) & (u < kHalf) & (v < kHalf);
+    const int column = floorToInt(is_inside ? u : 0.0) + kAcross / 2;
+    const int row = floorToInt(is_inside ? v : 0.0) + kAcross / 2;
+    cells[i] = is_inside ? static_cast<std::uint32_t>(column * kAcross + row) : kOutside;
+  }
+}
+
 CellSet::CellSet() : grid_(1.0), bits_(CellGrid::kCells / 64, 0) {}
 
 void CellSet::clear(double size) {
@@ -35,11 +50,6 @@ void CellSet::clear(double size) {
 void CellSet::insert(double x, double y) {
   const std::uint32_t cell = grid_.cellOf(x, y);
   if (cell != CellGrid::kOutside) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
-}
-
-bool CellSet::contains(double x, double y) const {
-  const std::uint32_t cell = grid_.cellOf(x, y);
-  return cell != CellGrid::kOutside && (bits_[cell / 64] >> (cell % 64) & 1U) != 0;
 }
 
 LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts{0, 0, 0}) {}

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
+#include "point_loops.hpp"
 
 namespace smoke_ground_reconstruction {
 
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr Matrix3 kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 constexpr double kAtWall = 0.008;    // the claimed floor ends this far before the wall [m]
 constexpr double kFill = 0.6;        // claimed floor between rings is drawn so densely, in cells
 constexpr double kColumn = 0.00698;  // width of a column at 1 m [m]
@@ -17,6 +22,10 @@ constexpr double kFlattest = -1e-3;  // beams that fall by less against the floo
 std::array<float, 3> toLevel(const Matrix3& level_from_upright, float x, float y, float z) {
   const Vector3 level = times(level_from_upright, Vector3{x, y, z});
   return {static_cast<float>(level[0]), static_cast<float>(level[1]), static_cast<float>(level[2])};
+}
+
+PointArrays arraysOf(const Points& points, std::size_t size) {
+  return {points.x.data(), points.y.data(), points.z.data(), size};
 }
 
 /// Planar range from which on a column is filled [m]: every 16th from the first step on, those
@@ -29,11 +38,21 @@ double fillBegin(std::size_t column, double spacing) {
 
 }  // namespace
 
-void DrawnFloor::clear() {
-  points.clear();
-  column.clear();
-  planar.clear();
-  ring.clear();
+void DrawnFloor::reserveMore(std::size_t more) {
+  const std::size_t wanted = size + more;
+  if (wanted <= column.size()) return;
+  const std::size_t room = std::max(wanted, 2 * column.size());
+  for (auto* values : {&points.x, &points.y, &points.z}) values->resize(room);
+  column.resize(room);
+  planar.resize(room);
+  ring.resize(room);
+}
+
+void FloorCompletion::Stretch::reserve(std::size_t size) {
+  if (size <= x.size()) return;
+  for (auto* values : {&x, &y, &z, &near_x, &near_y}) values->resize(size);
+  for (auto* values : {&column, &cell, &chosen}) values->resize(size);
+  planar.resize(size);
 }
 
 FloorCompletion::FloorCompletion(const AzimuthBins& bins, const ColumnDirections& directions)
@@ -83,7 +102,7 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
 
 const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
                                         const Mounting& mounting) {
-  drawn_.clear();
+  drawn_.size = 0;
   measured_cells_.clear(room->params().cell_size);
   const Points& points = room->points();
   for (const std::uint32_t i : claim_.measured) measured_cells_.insert(points.x[i], points.y[i]);
@@ -97,7 +116,7 @@ const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
 void FloorCompletion::raise(FloorRelief* relief) {
   if (relief->isFlat()) return;
   Points& points = drawn_.points;
-  for (std::size_t k = 0; k < points.size(); ++k) {
+  for (std::size_t k = 0; k < drawn_.size; ++k) {
     const double over = relief->at(points.x[k], points.y[k]);
     points.z[k] = static_cast<float>(points.z[k] + over);
   }
@@ -106,24 +125,71 @@ void FloorCompletion::raise(FloorRelief* relief) {
 /// Where the beams of all rings, at all azimuths, meet the claimed floor.
 void FloorCompletion::drawBeams(const Room& room, const SensorModel& sensor,
                                 const Mounting& mounting) {
-  const Matrix3 turn = times(room.rotation(), mounting.rotation);
-  const auto& plane = room.plane();
-  const double farthest = *std::max_element(claim_.limit.begin(), claim_.limit.end()) + 1e-3;
+  layBeams(room, mounting);
+  const std::size_t columns = directions_.count();
+  const double farthest = *std::max_element(claim_.limit.begin(), claim_.limit.end());
   for (const std::uint16_t ring : sensor.ringsByElevation()) {
     const double tangent = sensor.tangent(ring);
-    for (const Direction& azimuth : directions_.middle) {
-      const Vector3 ray = times(turn, Vector3{azimuth.cosine, azimuth.sine, tangent});
-      const double slope = ray[2] - (plane[0] * ray[0] + plane[1] * ray[1]);
-      if (!(slope < kFlattest)) continue;
-      const double along = plane[2] / slope;
-      const auto x = static_cast<float>(along * ray[0]);
-      const auto y = static_cast<float>(along * ray[1]);
-      const double planar = planarRange(x, y);
-      if (planar > farthest) continue;
-      const std::size_t column = bins_.index(x, y);
-      if (planar > claim_.limit[column]) continue;
-      push(room, x, y, static_cast<float>(along * ray[2]), column, planar, ring);
+    if (!mayMeetFloor(tangent, farthest)) continue;
+    cutBeams(tangent);
+    if (!beams_.is_level) {
+      bins_.indices(stretch_.x.data(), stretch_.y.data(), columns, stretch_.column.data());
     }
+    keep(room, columns, ring);
+  }
+}
+
+void FloorCompletion::layBeams(const Room& room, const Mounting& mounting) {
+  const Matrix3 turn = times(room.rotation(), mounting.rotation);
+  const std::size_t columns = directions_.count();
+  stretch_.reserve(columns);
+  for (auto* values : {&beams_.x, &beams_.y, &beams_.z, &beams_.slope}) values->resize(columns);
+  const auto& plane = room.plane();
+  for (std::size_t c = 0; c < columns; ++c) {
+    const auto& [cosine, sine] = directions_.middle[c];
+    beams_.x[c] = turn[0] * cosine + turn[1] * sine;
+    beams_.y[c] = turn[3] * cosine + turn[4] * sine;
+    beams_.z[c] = turn[6] * cosine + turn[7] * sine;
+    beams_.slope[c] = beams_.z[c] - (plane[0] * beams_.x[c] + plane[1] * beams_.y[c]);
+    stretch_.column[c] = static_cast<std::uint32_t>(c);
+  }
+  beams_.up = {turn[2], turn[5], turn[8]};
+  beams_.up_slope = turn[8] - (plane[0] * turn[2] + plane[1] * turn[5]);
+  beams_.plane = plane;
+  beams_.lowest = *std::min_element(beams_.slope.begin(), beams_.slope.end());
+  beams_.is_level = turn == Matrix3{1, 0, 0, 0, 1, 0, 0, 0, 1};
+}
+
+/// False where every beam of a ring surely passes over the floor, or meets it too far away.
+bool FloorCompletion::mayMeetFloor(double tangent, double farthest) const {
+  constexpr double kMargin = 1e-6;
+  constexpr double kShortest = 0.5;  // planar length of a beam, at least
+  const double aside = std::sqrt(beams_.up[0] * beams_.up[0] + beams_.up[1] * beams_.up[1]);
+  const bool is_long = 0.9 - std::fabs(tangent) * aside > kShortest && beams_.up[2] > 0.9;
+  const double steepest = is_long ? kShortest * beams_.plane[2] / (farthest + kMargin) : kFlattest;
+  return beams_.lowest + tangent * beams_.up_slope < std::min(steepest, kFlattest) + kMargin;
+}
+
+/// Cuts a ring's beams with the floor's plane; those that never meet it end at infinity.
+SMOKE_GROUND_MULTIVERSION
+void FloorCompletion::cutBeams(double tangent) {
+  const auto [a, b, c] = beams_.plane;
+  const auto [up_x, up_y, up_z] = beams_.up;
+  Stretch& to = stretch_;
+  for (std::size_t i = 0; i < beams_.x.size(); ++i) {
+    const double ray_x = beams_.x[i] + up_x * tangent;
+    const double ray_y = beams_.y[i] + up_y * tangent;
+    const double ray_z = beams_.z[i] + up_z * tangent;
+    const double slope = ray_z - (a * ray_x + b * ray_y);
+    const double along = c / slope;
+    const auto x = static_cast<float>(along * ray_x);
+    const auto y = static_cast<float>(along * ray_y);
+    const double planar = std::sqrt(static_cast<double>(x) * static_cast<double>(x) +
+                                    static_cast<double>(y) * static_cast<double>(y));
+    to.x[i] = x;
+    to.y[i] = y;
+    to.z[i] = static_cast<float>(along * ray_z);
+    to.planar[i] = slope < kFlattest ? planar : kInfinity;
   }
 }
 
@@ -132,92 +198,174 @@ void FloorCompletion::drawBeams(const Room& room, const SensorModel& sensor,
 void FloorCompletion::drawFill(const Room& room) {
   const double spacing = kFill * room.params().cell_size;
   for (std::size_t c = 0; c < directions_.count(); ++c) {
-    const double limit = claim_.limit[c];
-    if (!(limit > 0.0)) continue;
+    if (!(claim_.limit[c] > 0.0)) continue;
     const double begin = fillBegin(c, spacing);
-    const double steps = std::max(0.0, std::ceil((limit - begin) / spacing));
-    const auto count = static_cast<std::size_t>(steps);
-    for (std::size_t k = 0; k <= count; ++k) {
-      const double step = begin + static_cast<double>(k) * spacing;
-      const double planar = k < count ? std::min(step, limit) : limit;
-      const double x = planar * directions_.middle[c].cosine;
-      const double y = planar * directions_.middle[c].sine;
-      push(room, x, y, room.floorAt(x, y), c, planar, DrawnFloor::kNoRing);
-    }
+    const double steps = std::max(0.0, std::ceil((claim_.limit[c] - begin) / spacing));
+    const auto count = static_cast<std::size_t>(steps) + 1;
+    stretch_.reserve(count);
+    fill(room, c, begin, spacing, count);
+    keep(room, count, DrawnFloor::kNoRing);
   }
 }
 
-void FloorCompletion::push(const Room& room, double x, double y, double z, std::size_t column,
-                           double planar, std::int32_t ring) {
-  const auto px = static_cast<float>(x);
-  const auto py = static_cast<float>(y);
-  if (room.drops().hides(column, planar) || measured_cells_.contains(px, py)) return;
-  drawn_.points.push(px, py, static_cast<float>(z));
-  drawn_.column.push_back(static_cast<std::uint16_t>(column));
-  drawn_.planar.push_back(planar);
-  drawn_.ring.push_back(ring);
+/// Evenly spaced places of a column up to its limit.
+SMOKE_GROUND_MULTIVERSION
+void FloorCompletion::fill(const Room& room, std::size_t column, double begin, double spacing,
+                           std::size_t count) {
+  const auto [cosine, sine] = directions_.middle[column];
+  const double limit = claim_.limit[column];
+  const auto [a, b, c] = room.plane();
+  Stretch& to = stretch_;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double step = begin + static_cast<double>(static_cast<int>(k)) * spacing;
+    const double planar = step < limit ? step : limit;
+    to.planar[k] = planar;
+  }
+  to.planar[count - 1] = limit;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double x = to.planar[k] * cosine;
+    const double y = to.planar[k] * sine;
+    to.x[k] = static_cast<float>(x);
+    to.y[k] = static_cast<float>(y);
+    to.z[k] = static_cast<float>((a * x + b * y) + c);
+    to.column[k] = static_cast<std::uint32_t>(column);
+  }
+}
+
+/// Adds what lies on claimed floor that was not measured.
+void FloorCompletion::keep(const Room& room, std::size_t size, std::uint16_t ring) {
+  Stretch& from = stretch_;
+  const DropOffs& drops = room.drops();
+  std::size_t claimed = 0;
+  for (std::size_t k = 0; k < size; ++k) {
+    const std::uint32_t c = from.column[k];
+    const double planar = from.planar[k];
+    const bool is_claimed = (planar <= claim_.limit[c]) & !drops.hides(c, planar);
+    from.chosen[claimed] = static_cast<std::uint32_t>(k);
+    from.near_x[claimed] = from.x[k];
+    from.near_y[claimed] = from.y[k];
+    claimed += is_claimed ? 1U : 0U;
+  }
+  if (claimed == 0) return;
+  measured_cells_.grid().cellsOf(from.near_x.data(), from.near_y.data(), claimed, from.cell.data());
+  drawn_.reserveMore(claimed);
+  std::size_t count = drawn_.size;
+  for (std::size_t n = 0; n < claimed; ++n) {
+    const std::uint32_t k = from.chosen[n];
+    drawn_.points.x[count] = from.x[k];
+    drawn_.points.y[count] = from.y[k];
+    drawn_.points.z[count] = from.z[k];
+    drawn_.column[count] = static_cast<std::uint16_t>(from.column[k]);
+    drawn_.planar[count] = from.planar[k];
+    drawn_.ring[count] = ring;
+    count += measured_cells_.contains(from.cell[n]) ? 0U : 1U;
+  }
+  drawn_.size = count;
 }
 
 void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_t>& valid,
                             Room* room, const SensorModel& sensor, const Mounting& mounting,
                             const FloorModel& floor, FloorSurface* surface) {
-  surface->clear();
+  surface->resize(claim_.measured.size() + drawn_.size);
   confidence_.look(*room, claim_.limit, claim_.measured);
-  appendMeasured(scan, valid, *room, floor, surface);
-  appendDrawn(room, sensor, mounting, floor, surface);
+  placeMeasured(scan, valid, *room, floor, surface);
+  placeDrawn(room, sensor, mounting, floor, surface);
   outline(*room, mounting, &surface->boundary);
   surface->floor_plane = rotatedPlane(floor.plane, transposed(mounting.rotation));
 }
 
 /// In input order. A range's noise lifts a return by the sine of its grazing angle.
-void FloorCompletion::appendMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                                     const Room& room, const FloorModel& floor,
-                                     FloorSurface* surface) const {
-  for (const std::uint32_t k : claim_.measured) {
+void FloorCompletion::placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
+                                    const Room& room, const FloorModel& floor,
+                                    FloorSurface* surface) {
+  const std::size_t size = claim_.measured.size();
+  column_.resize(size);
+  planar_.resize(size);
+  for (std::size_t n = 0; n < size; ++n) {
+    const std::uint32_t k = claim_.measured[n];
     const std::uint32_t i = valid[k];
-    surface->push({scan.x[i], scan.y[i], scan.z[i]}, scan.intensity[i], scan.ring[i],
-                  Provenance::kMeasured, confidence_.measured(room.column(k), room.planar(k)));
+    surface->x[n] = scan.x[i];
+    surface->y[n] = scan.y[i];
+    surface->z[n] = scan.z[i];
+    surface->intensity[n] = scan.intensity[i];
+    surface->ring[n] = scan.ring[i];
+    surface->provenance[n] = Provenance::kMeasured;
+    column_[n] = static_cast<std::uint16_t>(room.column(k));
+    planar_[n] = room.planar(k);
     const double x = room.points().x[k];
     const double y = room.points().y[k];
     const double z = room.points().z[k];
     const double sine = std::fabs(z) / std::sqrt((x * x + y * y) + z * z);
-    surface->sigma.push_back(static_cast<float>(floor.noise * sine));
+    surface->sigma[n] = static_cast<float>(floor.noise * sine);
   }
+  confidence_.measured(column_.data(), planar_.data(), size, surface->confidence.data());
 }
 
-/// The sigma is that of the plane, its unevenness and the relief.
-void FloorCompletion::appendDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
-                                  const FloorModel& floor, FloorSurface* surface) {
-  between_rings_.clear();
+/// After the measured ones.
+void FloorCompletion::placeDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
+                                 const FloorModel& floor, FloorSurface* surface) {
+  const std::size_t size = drawn_.size;
+  const std::size_t first = claim_.measured.size();
+  const Points* level = &drawn_.points;
+  if (room->rotation() != kLevel) {
+    for (auto* values : {&level_.x, &level_.y, &level_.z}) values->resize(drawn_.column.size());
+    turnPoints(arraysOf(drawn_.points, size), transposed(room->rotation()), level_.x.data(),
+               level_.y.data(), level_.z.data());
+    level = &level_;
+  }
+  float* const x = surface->x.data() + first;
+  float* const y = surface->y.data() + first;
+  float* const z = surface->z.data() + first;
+  if (mounting.isLevel()) {
+    std::copy_n(level->x.begin(), size, x);
+    std::copy_n(level->y.begin(), size, y);
+    std::copy_n(level->z.begin(), size, z);
+  } else {
+    turnPoints(arraysOf(*level, size), transposed(mounting.rotation), x, y, z);
+  }
+  std::fill_n(surface->intensity.begin() + static_cast<std::ptrdiff_t>(first), size, 0.0F);
+  std::fill_n(surface->provenance.begin() + static_cast<std::ptrdiff_t>(first), size,
+              Provenance::kReconstructed);
+  placeRings(sensor, surface);
+  confidence_.drawn(drawn_.column.data(), drawn_.planar.data(), size,
+                    surface->confidence.data() + first);
+  tellSigma(room, floor, *level, surface);
+}
+
+/// Each beam's own; of fill the ring next in elevation in the sensor frame.
+void FloorCompletion::placeRings(const SensorModel& sensor, FloorSurface* surface) {
   const auto& rings = sensor.ringsByElevation();
+  between_rings_.clear();
   for (std::size_t r = 0; r + 1 < rings.size(); ++r) {
     between_rings_.push_back(0.5 * (sensor.tangent(rings[r + 1]) + sensor.tangent(rings[r])));
   }
-  const Matrix3 level_from_upright = transposed(room->rotation());
-  const Points& points = drawn_.points;
-  for (std::size_t k = 0; k < drawn_.size(); ++k) {
-    const auto level = toLevel(level_from_upright, points.x[k], points.y[k], points.z[k]);
-    const auto point = mounting.toSensor(level[0], level[1], level[2]);
-    const std::int32_t ring = drawn_.ring[k];
-    const std::uint16_t shown =
-        ring == DrawnFloor::kNoRing ? nearestRing(sensor, point) : static_cast<std::uint16_t>(ring);
-    surface->push(point, 0.0F, shown, Provenance::kReconstructed,
-                  confidence_.drawn(drawn_.column[k], drawn_.planar[k]));
-    const double plane = floor.sigma(level[0], level[1]);
-    const double relief = room->relief().sigma(points.x[k], points.y[k]);
-    surface->sigma.push_back(static_cast<float>(std::sqrt(plane * plane + relief * relief)));
+  const std::size_t first = claim_.measured.size();
+  std::size_t above = 0;  // points of a column follow each other from the foot on
+  for (std::size_t k = 0; k < drawn_.size; ++k) {
+    const std::size_t at = first + k;
+    surface->ring[at] = drawn_.ring[k];
+    if (drawn_.ring[k] != DrawnFloor::kNoRing) continue;
+    const double planar = planarRange(surface->x[at], surface->y[at]);
+    const double tangent = static_cast<double>(surface->z[at]) / std::max(planar, 1e-6);
+    while (above > 0 && !(between_rings_[above - 1] < tangent)) --above;
+    while (above < between_rings_.size() && between_rings_[above] < tangent) ++above;
+    surface->ring[at] = rings.empty() ? std::uint16_t{0} : rings[above];
   }
 }
 
-/// The ring next in elevation to a point in the sensor frame.
-std::uint16_t FloorCompletion::nearestRing(const SensorModel& sensor,
-                                           const std::array<float, 3>& point) {
-  const auto& rings = sensor.ringsByElevation();
-  if (rings.empty()) return 0;
-  const double planar = planarRange(point[0], point[1]);
-  const double tangent = static_cast<double>(point[2]) / std::max(planar, 1e-6);
-  const auto above = std::lower_bound(between_rings_.begin(), between_rings_.end(), tangent);
-  return rings[static_cast<std::size_t>(above - between_rings_.begin())];
+/// That of the plane, its unevenness and the relief.
+void FloorCompletion::tellSigma(Room* room, const FloorModel& floor, const Points& level,
+                                FloorSurface* surface) {
+  const Points& upright = drawn_.points;
+  float* const sigma = surface->sigma.data() + claim_.measured.size();
+  for (std::size_t k = 0; k < drawn_.size; ++k) {
+    sigma[k] = static_cast<float>(room->relief().sigma(upright.x[k], upright.y[k]));
+  }
+  for (std::size_t k = 0; k < drawn_.size; ++k) {
+    const double relief = sigma[k];
+    const double variance = floor.variance(level.x[k], level.y[k]);
+    sigma[k] = static_cast<float>(std::sqrt(variance + relief * relief));
+  }
 }
 
 void FloorCompletion::outline(const Room& room, const Mounting& mounting,

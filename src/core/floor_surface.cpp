@@ -2,6 +2,12 @@
 
 namespace smoke_ground_reconstruction {
 
+void FloorSurface::resize(std::size_t points) {
+  for (auto* values : {&x, &y, &z, &intensity, &confidence, &sigma}) values->resize(points);
+  ring.resize(points);
+  provenance.resize(points);
+}
+
 void FloorSurface::clear() {
   for (auto* values : {&x, &y, &z, &intensity, &confidence, &sigma}) values->clear();
   ring.clear();
