@@ -53,6 +53,7 @@ struct WallReturns {
   void gather(const UprightReturns& returns);
 
   std::vector<Item> items_, sorted_;
+  std::vector<std::uint32_t> low_begin_, high_begin_;
 };
 
 /// Farther returns are no wall [m].
@@ -97,7 +98,8 @@ class PostFinder {
   void markDense(const std::vector<std::uint32_t>& key);
   void addPost(const WallReturns& returns, std::size_t begin, std::size_t end, Posts* posts) const;
 
-  std::vector<std::uint32_t> dense_;  // places in the order of `returns`
+  std::vector<std::uint8_t> has_near_;  // by place in the order of `returns`
+  std::vector<std::uint32_t> dense_;    // places in the order of `returns`
 };
 
 /// Finds the ceiling; keeps its buffers.

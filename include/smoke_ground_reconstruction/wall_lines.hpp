@@ -71,8 +71,8 @@ class LineFinder {
   std::vector<std::uint16_t> slots_;  // by post and angle
   std::vector<int> weight_;           // by post
   std::array<int, kAngles> row_best_{};
-  std::array<std::size_t, kAngles> row_at_{};
-  std::array<bool, kAngles> row_is_stale_{};
+  std::array<std::uint16_t, kAngles> row_at_{};
+  std::array<std::uint8_t, kAngles> row_is_stale_{};
   std::vector<std::uint8_t> is_left_, is_skipped_;  // by post
   std::vector<std::uint32_t> use_, near_;
   std::vector<double> along_;

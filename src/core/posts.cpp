@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -30,6 +32,26 @@ using Votes = std::array<double, kSlots + 2>;
 int ceilingSlot(float height) {
   const double at = (static_cast<double>(height) - CeilingFinder::kLowest) * kSlotsPerMetre;
   return at >= 0.0 && at < kSlots ? static_cast<int>(at) : -1;
+}
+
+/// Which of some keys in ascending order have kPostPoints others near, themselves counted.
+SMOKE_GROUND_MULTIVERSION
+void markNear(const std::uint32_t* key, std::size_t size, std::uint8_t* has_near) {
+  static_assert(kPostPoints == 4, "written out");
+  std::fill_n(has_near, size, std::uint8_t{0});
+  // Four in a row lie around one of them if it is near to the first and the last.
+  for (std::size_t i = 3; i < size; ++i) has_near[i] |= key[i] - key[i - 3] <= kHalf ? 1 : 0;
+  for (std::size_t i = 2; i + 1 < size; ++i) {
+    const bool is_near = (key[i] - key[i - 2] <= kHalf) & (key[i + 1] - key[i] <= kHalf);
+    has_near[i] |= is_near ? 1 : 0;
+  }
+  for (std::size_t i = 1; i + 2 < size; ++i) {
+    const bool is_near = (key[i] - key[i - 1] <= kHalf) & (key[i + 2] - key[i] <= kHalf);
+    has_near[i] |= is_near ? 1 : 0;
+  }
+  for (std::size_t i = 0; i + 3 < size; ++i) {
+    has_near[i] |= key[i + 3] - key[i] <= kHalf ? 1 : 0;
+  }
 }
 
 int strongestSlot(const Votes& votes, double* around) {
@@ -65,38 +87,41 @@ std::size_t WallReturns::firstIn(std::size_t of_column, const RangeWindow& windo
   return static_cast<std::size_t>(first - planar.data());
 }
 
-/// Three stable passes: low and high byte of the millimetres, then the column.
+/// Two stable passes: the lower bits of the millimetres, then column and upper bits.
 void WallReturns::sort(const UprightReturns& returns, std::size_t columns) {
+  constexpr std::uint32_t kLowBits = 13;
+  constexpr std::uint32_t kLowMask = (1U << kLowBits) - 1;
+  constexpr std::uint32_t kUpper = (1U << (16 - kLowBits));  // values of the upper bits
   sorted_.resize(items_.size());
-  std::array<std::array<std::uint32_t, 257>, 2> begin{};
-  column_begin.assign(columns + 1, 0);
+  low_begin_.assign(kLowMask + 2, 0);
+  high_begin_.assign(columns * kUpper + 1, 0);
+  const auto upper = [&](const Item& item) {
+    return returns.column[item.index] * kUpper + (item.key >> kLowBits);
+  };
   for (const Item& item : items_) {
-    ++begin[0][(item.key & 255U) + 1];
-    ++begin[1][(item.key >> 8U) + 1];
-    ++column_begin[returns.column[item.index] + 1U];
+    ++low_begin_[(item.key & kLowMask) + 1];
+    ++high_begin_[upper(item) + 1];
   }
-  for (auto& counts : begin) {
-    for (std::size_t b = 0; b < 256; ++b) counts[b + 1] += counts[b];
+  for (auto* begin : {&low_begin_, &high_begin_}) {
+    std::partial_sum(begin->begin(), begin->end(), begin->begin());
   }
-  for (std::size_t c = 0; c < columns; ++c) column_begin[c + 1] += column_begin[c];
-  for (const Item& item : items_) sorted_[begin[0][item.key & 255U]++] = item;
-  for (const Item& item : sorted_) items_[begin[1][item.key >> 8U]++] = item;
-  for (const Item& item : items_) sorted_[column_begin[returns.column[item.index]]++] = item;
-  for (std::size_t c = columns; c > 0; --c) column_begin[c] = column_begin[c - 1];
-  column_begin[0] = 0;
+  column_begin.resize(columns + 1);
+  for (std::size_t c = 0; c <= columns; ++c) column_begin[c] = high_begin_[c * kUpper];
+  for (const Item& item : items_) sorted_[low_begin_[item.key & kLowMask]++] = item;
+  for (const Item& item : sorted_) items_[high_begin_[upper(item)]++] = item;
 }
 
 void WallReturns::gather(const UprightReturns& returns) {
-  const std::size_t n = sorted_.size();
+  const std::size_t n = items_.size();
   for (auto* values : {&planar, &height, &x, &y}) values->resize(n);
   column.resize(n);
   index.resize(n);
   key.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const std::uint32_t i = sorted_[k].index;
+    const std::uint32_t i = items_[k].index;
     index[k] = i;
     column[k] = returns.column[i];
-    key[k] = column[k] * kKeysPerColumn + sorted_[k].key;
+    key[k] = column[k] * kKeysPerColumn + items_[k].key;
     planar[k] = returns.planar[i];
     height[k] = returns.height[i];
     x[k] = returns.points->x[i];
@@ -145,16 +170,18 @@ void PostFinder::find(const WallReturns& returns, Posts* posts) {
 void PostFinder::markDense(const std::vector<std::uint32_t>& key) {
   dense_.clear();
   const std::size_t n = key.size();
+  has_near_.resize(n);
+  markNear(key.data(), n, has_near_.data());
   std::size_t near_begin = 0, near_end = 0, around_begin = 0, around_end = 0;
   for (std::size_t i = 0; i < n; ++i) {
+    if (has_near_[i] == 0) continue;
     while (key[near_begin] + kHalf < key[i]) ++near_begin;
     while (near_end < n && key[near_end] <= key[i] + kHalf) ++near_end;
     while (key[around_begin] + kAround < key[i]) ++around_begin;
     while (around_end < n && key[around_end] <= key[i] + kAround) ++around_end;
     const std::size_t near = near_end - near_begin;
     const std::size_t around = around_end - around_begin;
-    if (near >= kPostPoints &&
-        static_cast<double>(near) >= kPostShare * static_cast<double>(around)) {
+    if (static_cast<double>(near) >= kPostShare * static_cast<double>(around)) {
       dense_.push_back(static_cast<std::uint32_t>(i));
     }
   }

@@ -26,6 +26,7 @@ constexpr double kWallFoot = 0.05;     // returns so near to a wall's line may b
 constexpr double kSoftRange = 1.5;     // smoke's own returns come from nearer [m]
 constexpr double kFloorRange = 2.5;    // at that range [m]
 constexpr double kPlumb = 0.99998629;  // floors tilted by less than 0.3 deg are taken as level
+constexpr std::size_t kWallLights = 4000;  // returns of walls, at least, that tell the smoke
 constexpr int kSlopeSlots = 2048;
 constexpr double kSlotsPerSlope = 128.0;
 constexpr std::size_t kSteeper = 1000;  // one return in so many may lie above the highest beam
@@ -389,7 +390,9 @@ void Room::findOnWalls(const ColumnDirections& directions) {
 
 Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstimator* estimator) {
   wall_light_.clear();
-  for (const std::uint32_t i : on_walls_) {
+  const std::size_t stride = std::max<std::size_t>(1, on_walls_.size() / kWallLights);
+  for (std::size_t k = 0; k < on_walls_.size(); k += stride) {
+    const std::uint32_t i = on_walls_[k];
     const std::int32_t line = profile_.line[column(i)];
     const auto l = static_cast<std::size_t>(line);
     const double x = points().x[i];

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -22,6 +23,16 @@ constexpr std::size_t kMostLines = 40;
 constexpr std::uint32_t kSupportPoints = 3;  // of a wall in one column
 constexpr std::size_t kTopColumns = 4;       // that reach the ceiling make a wall of a stretch
 constexpr double kTopShare = 0.2;
+
+/// Slots of the distances that lines of all normals through a place have.
+template <std::size_t kAngles>
+SMOKE_GROUND_MULTIVERSION void slotsOf(const std::array<Direction, kAngles>& normals, double x,
+                                       double y, int first_slot, std::uint16_t* slots) {
+  for (std::size_t a = 0; a < kAngles; ++a) {
+    const double rho = x * normals[a].cosine + y * normals[a].sine;
+    slots[a] = static_cast<std::uint16_t>(floorToInt(rho * kSlotsPerMetre) - first_slot);
+  }
+}
 
 }  // namespace
 
@@ -113,11 +124,7 @@ void LineFinder::castVotes(const Posts& posts) {
   weight_.resize(posts.size());
   for (std::size_t i = 0; i < posts.size(); ++i) {
     weight_[i] = static_cast<int>(std::min(posts.count[i], kMostWeight));
-    for (std::size_t a = 0; a < kAngles; ++a) {
-      const double rho = posts.x[i] * normals_[a].cosine + posts.y[i] * normals_[a].sine;
-      slots_[i * kAngles + a] =
-          static_cast<std::uint16_t>(floorToInt(rho * kSlotsPerMetre) - first_slot_);
-    }
+    slotsOf(normals_, posts.x[i], posts.y[i], first_slot_, &slots_[i * kAngles]);
     vote(i, 1);
   }
 }
@@ -125,14 +132,17 @@ void LineFinder::castVotes(const Posts& posts) {
 void LineFinder::vote(std::size_t post, int sign) {
   const int weight = sign * weight_[post];
   const std::uint16_t* slots = &slots_[post * kAngles];
+  int* row = votes_.data();
+  for (std::size_t a = 0; a < kAngles; ++a, row += width_) row[slots[a]] += weight;
+  // What is taken away elsewhere leaves a row's best as it is.
+  const std::uint8_t adds = sign > 0 ? 1 : 0;
   for (std::size_t a = 0; a < kAngles; ++a) {
-    votes_[a * width_ + slots[a]] += weight;
-    // What is taken away elsewhere leaves a row's best as it is.
-    const bool touches_best = slots[a] == row_at_[a] || slots[a] == row_at_[a] + 1;
-    row_is_stale_[a] = row_is_stale_[a] || sign > 0 || touches_best;
+    const auto beside = static_cast<std::uint16_t>(slots[a] - row_at_[a]);
+    row_is_stale_[a] |= adds | static_cast<std::uint8_t>(beside <= 1);
   }
 }
 
+SMOKE_GROUND_MULTIVERSION
 void LineFinder::searchRow(std::size_t angle) {
   const int* votes = &votes_[angle * width_];
   int best = -1;
@@ -140,18 +150,18 @@ void LineFinder::searchRow(std::size_t angle) {
   std::size_t at = 0;
   while (votes[at] + votes[at + 1] != best) ++at;
   row_best_[angle] = best;
-  row_at_[angle] = at;
-  row_is_stale_[angle] = false;
+  row_at_[angle] = static_cast<std::uint16_t>(at);
+  row_is_stale_[angle] = 0;
 }
 
 /// The strongest pair of slots side by side; among equals the smallest angle, then distance.
 LineFinder::Peak LineFinder::strongest() {
   std::size_t best = 0;
   for (std::size_t a = 0; a < kAngles; ++a) {
-    if (row_is_stale_[a]) searchRow(a);
+    if (row_is_stale_[a] != 0) searchRow(a);
     if (row_best_[a] > row_best_[best]) best = a;
   }
-  const int slot = static_cast<int>(row_at_[best]) + first_slot_ + 1;
+  const int slot = row_at_[best] + first_slot_ + 1;
   return {best, slot / kSlotsPerMetre, row_best_[best]};
 }
 

@@ -27,6 +27,7 @@ _WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
 _SOFT_RANGE = 1.5  # smoke's own returns come from nearer [m]
 _FLOOR_RANGE = 2.5  # [m]
 _PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken as level
+_WALL_LIGHTS = 4000  # returns of walls, at least, that tell the smoke
 _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
 _STEEPER = 1000  # one return in so many may lie above the highest beam
 _OPENING_CELL = 0.2
@@ -241,7 +242,10 @@ class Room:
 
     def visibility(self, estimator):
         """The smoke's extinction from the boundary's walls, by a VisibilityEstimator."""
-        wall = self.is_wall()
+        wall = np.flatnonzero(self.is_wall())
+        millimetres = np.floor(self.planar[wall] * 1000.0)
+        wall = wall[np.lexsort((millimetres, self.column[wall]))]
+        wall = wall[:: max(1, len(wall) // _WALL_LIGHTS)]
         line, (x, y, z) = self.profile.line[self.column[wall]], self.xyz[wall].T
         ranges = np.sqrt((x * x + y * y) + z * z)
         cosine = np.abs(self.lines.nx[line] * x + self.lines.ny[line] * y) / ranges
