@@ -5,6 +5,8 @@
 
 namespace smoke_ground_reconstruction {
 
+constexpr double kOccupancyRange = 50.0;  ///< planar reach of the pipeline's grid [m]
+
 /// Occupancy of the cells around the sensor: floor where a surface point lies, wall where a wall
 /// point lies (wall wins in a shared cell), else unknown. Cells are aligned to multiples of the
 /// resolution in the level frame, so grids of successive scans match. Points beyond `max_range` of
@@ -14,6 +16,11 @@ namespace smoke_ground_reconstruction {
 /// \param max_range  planar, at most 10,000 cells [m].
 /// \throws std::invalid_argument on a resolution or reach out of these limits.
 OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
-                        const Mounting& mounting, double resolution, double max_range = 50.0);
+                        const Mounting& mounting, double resolution,
+                        double max_range = kOccupancyRange);
+
+/// The same into a grid that may bring its memory.
+void rasterize(const FloorSurface& surface, const ScanView& walls, const Mounting& mounting,
+               double resolution, double max_range, OccupancyGrid* grid);
 
 }  // namespace smoke_ground_reconstruction

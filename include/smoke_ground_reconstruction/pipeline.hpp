@@ -68,13 +68,16 @@ class Pipeline {
   PipelineResult process(const ScanView& scan, const Mounting& mounting);
   /// Level sensor at reconstructor.sensor_height.
   PipelineResult process(const ScanView& scan);
+  /// Into an answer that may bring the memory of an earlier one: `room_boundary` then needs no
+  /// more.
+  void process(const ScanView& scan, const Mounting& mounting, PipelineResult* result);
 
   /// The beams; seed it for a known sensor, else it learns from each scan.
   SensorModel& sensor() { return sensor_; }
 
  private:
-  PipelineResult processSegments(const ScanView& scan, const Mounting& mounting);
-  PipelineResult processRoom(const ScanView& scan, const Mounting& mounting);
+  void processSegments(const ScanView& scan, const Mounting& mounting, PipelineResult* result);
+  void processRoom(const ScanView& scan, const Mounting& mounting, PipelineResult* result);
 
   PipelineParams params_;
   AgdorFilter denoiser_;

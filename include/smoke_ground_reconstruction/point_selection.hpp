@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "smoke_ground_reconstruction/label.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/scan_view.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -29,8 +30,8 @@ class PointSelection {
   ScanView view() const { return ScanView::of(x_, y_, z_, intensity_, ring_); }
 
  private:
-  std::vector<float> x_, y_, z_, intensity_;
-  std::vector<std::uint16_t> ring_;
+  Recycled<float> x_, y_, z_, intensity_;
+  Recycled<std::uint16_t> ring_;
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/pipeline.hpp"
 
 #include <chrono>
+#include <utility>
 
 #include "smoke_ground_reconstruction/label.hpp"
 #include "smoke_ground_reconstruction/point_selection.hpp"
@@ -53,14 +54,23 @@ PipelineResult Pipeline::process(const ScanView& view) {
 }
 
 PipelineResult Pipeline::process(const ScanView& view, const Mounting& mounting) {
-  return params_.reconstructor.method == ReconstructionMethod::kRoomBoundary
-             ? processRoom(view, mounting)
-             : processSegments(view, mounting);
+  PipelineResult result;
+  process(view, mounting, &result);
+  return result;
 }
 
-PipelineResult Pipeline::processSegments(const ScanView& view, const Mounting& mounting) {
-  PipelineResult result;
-  Stopwatch stopwatch(&result.times);
+void Pipeline::process(const ScanView& view, const Mounting& mounting, PipelineResult* result) {
+  result->times.clear();
+  if (params_.reconstructor.method == ReconstructionMethod::kRoomBoundary) {
+    processRoom(view, mounting, result);
+  } else {
+    processSegments(view, mounting, result);
+  }
+}
+
+void Pipeline::processSegments(const ScanView& view, const Mounting& mounting,
+                               PipelineResult* result) {
+  Stopwatch stopwatch(&result->times);
   sensor_.observe(view);
   const Scan scan(view);  // the denoiser knows nothing of the mounting
   const bool is_level = mounting.isLevel();
@@ -69,42 +79,39 @@ PipelineResult Pipeline::processSegments(const ScanView& view, const Mounting& m
   stopwatch.lap("organise");
   const auto denoised = denoiser_.classify(scan);
   stopwatch.lap("denoise");
-  result.labels = segmentation_.classify(level, denoised, sensor_);
+  result->labels = segmentation_.classify(level, denoised, sensor_);
   stopwatch.lap("segment");
-  result.clusters = clustering_.cluster(level, result.labels);
+  result->clusters = clustering_.cluster(level, result->labels);
   stopwatch.lap("cluster");
 
   PointSelection ground;
   PointSelection walls;
-  ground.appendAll(view, result.labels, Label::kGround);
+  ground.appendAll(view, result->labels, Label::kGround);
   for (std::size_t i = 0; i < view.size; ++i) {
-    if (result.clusters[i] != kNoCluster) walls.append(view, i);
+    if (result->clusters[i] != kNoCluster) walls.append(view, i);
   }
-  result.surface = polar_segments_.reconstruct(ground.view(), walls.view(), sensor_, mounting);
+  result->surface = polar_segments_.reconstruct(ground.view(), walls.view(), sensor_, mounting);
   stopwatch.lap("reconstruct");
-  result.occupancy =
-      rasterize(result.surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution);
+  rasterize(result->surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution,
+            kOccupancyRange, &result->occupancy);
   stopwatch.lap("rasterize");
-  return result;
 }
 
 /// It denoises and segments by itself, and has no clusters.
-PipelineResult Pipeline::processRoom(const ScanView& view, const Mounting& mounting) {
-  PipelineResult result;
-  Stopwatch stopwatch(&result.times);
+void Pipeline::processRoom(const ScanView& view, const Mounting& mounting, PipelineResult* result) {
+  Stopwatch stopwatch(&result->times);
   sensor_.observe(view);
   stopwatch.lap("organise");
   room_boundary_.reconstruct(view, sensor_, mounting, &room_);
-  result.surface = room_.surface;
-  result.labels = room_.labels;
-  result.clusters.assign(view.size, kNoCluster);
+  std::swap(result->surface, room_.surface);
+  std::swap(result->labels, room_.labels);
+  result->clusters.assign(view.size, kNoCluster);
   stopwatch.lap("reconstruct");
   PointSelection walls;
-  walls.appendAll(view, result.labels, Label::kWall);
-  result.occupancy =
-      rasterize(result.surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution);
+  walls.appendAll(view, result->labels, Label::kWall);
+  rasterize(result->surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution,
+            kOccupancyRange, &result->occupancy);
   stopwatch.lap("rasterize");
-  return result;
 }
 
 }  // namespace smoke_ground_reconstruction

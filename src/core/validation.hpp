@@ -3,7 +3,7 @@
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
-#include <string>
+#include <string_view>
 #include <type_traits>
 
 namespace smoke_ground_reconstruction {
@@ -14,12 +14,13 @@ constexpr const char* kCircleDivisor = "a divisor of 360 deg from 0.01 to 90";
 /// Refuses a parameter in one line: "<name> must be <rule>, is <value>".
 /// \throws std::invalid_argument where `holds` is false or the value is not finite.
 template <typename T>
-void require(bool holds, const std::string& name, const std::string& rule, const T& value) {
+void require(bool holds, std::string_view name, std::string_view rule, const T& value) {
   bool is_finite = true;
   if constexpr (std::is_floating_point_v<T>) is_finite = std::isfinite(value);
   if (holds && is_finite) return;
   std::ostringstream text;
-  text << name << " must be " << (is_finite ? rule : "a finite number") << ", is " << value;
+  text << name << " must be " << (is_finite ? rule : std::string_view("a finite number")) << ", is "
+       << value;
   throw std::invalid_argument(text.str());
 }
 

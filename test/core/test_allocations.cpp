@@ -1,9 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "clouds.hpp"
 #include "counted_memory.hpp"
 #include "smoke_ground_reconstruction/agdor_filter.hpp"
 #include "smoke_ground_reconstruction/channel_segmentation.hpp"
+#include "smoke_ground_reconstruction/pipeline.hpp"
+#include "smoke_ground_reconstruction/room_boundary.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -98,6 +102,50 @@ TEST_F(SteadyState, ClustersInTheSameMemory) {
     EXPECT_EQ(allocationsOf([&] { EXPECT_FALSE(clustering.cluster(scan_, walls).empty()); }),
               kAnswer + components);
   }
+}
+
+TEST_F(SteadyState, FindsTheRoomInTheSameMemory) {
+  SensorModel sensor;
+  sensor.observe(cloud_.view());
+  Mounting tilted;
+  tilted.rotation = {std::cos(0.05),  0, std::sin(0.05), 0, 1, 0,
+                     -std::sin(0.05), 0, std::cos(0.05)};
+  for (const Mounting& mounting : {Mounting(), tilted}) {
+    RoomBoundary method;
+    RoomBoundaryResult result;
+    EXPECT_EQ(allocationsOf([&] {
+                method.reconstruct(cloud_.view(), sensor, mounting, &result);
+                EXPECT_GT(result.surface.size(), 0U);
+              }),
+              0U);
+  }
+}
+
+TEST_F(SteadyState, ProcessesARoomInTheSameMemory) {
+  PipelineParams params;
+  params.segmenter.clustering.cluster_engine = ClusterEngine::kGrid;
+  params.reconstructor.method = ReconstructionMethod::kRoomBoundary;
+  Pipeline pipeline(params);
+  PipelineResult result;
+  EXPECT_EQ(allocationsOf([&] {
+              pipeline.process(cloud_.view(), Mounting(), &result);
+              EXPECT_GT(result.surface.size(), 0U);
+            }),
+            0U);
+}
+
+TEST_F(SteadyState, DrawsAMapInTheSameMemory) {
+  RoomBoundary method;
+  RoomBoundaryResult room;
+  SensorModel sensor;
+  sensor.observe(cloud_.view());
+  method.reconstruct(cloud_.view(), sensor, Mounting(), &room);
+  OccupancyGrid grid;
+  EXPECT_EQ(allocationsOf([&] {
+              rasterize(room.surface, cloud_.view(), Mounting(), 0.1, kOccupancyRange, &grid);
+              EXPECT_FALSE(grid.cells.empty());
+            }),
+            0U);
 }
 
 TEST(Recycled, HandsItsMemoryOn) {
