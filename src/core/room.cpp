@@ -22,10 +22,10 @@ constexpr double kReliefLowest = 0.15, kReliefHighest = 0.8;  // heights that re
 constexpr double kNearestWall = 0.2;                          // planar range [m]
 constexpr double kFeetShare = 0.2;  // of a plane's returns at walls, which no floor has
 constexpr double kBelowCeiling = 0.05;
-constexpr double kWallFoot = 0.05;     // returns so near to a wall's line may be its foot [m]
-constexpr double kSoftRange = 1.5;     // smoke's own returns come from nearer [m]
-constexpr double kFloorRange = 2.5;    // at that range [m]
-constexpr double kPlumb = 0.99998629;  // floors tilted by less than 0.3 deg are taken as level
+constexpr double kWallFoot = 0.05;         // returns so near to a wall's line may be its foot [m]
+constexpr double kSoftRange = 1.5;         // smoke's own returns come from nearer [m]
+constexpr double kFloorRange = 2.5;        // at that range [m]
+constexpr double kPlumb = 0.99998629;      // floors tilted by less than 0.3 deg are taken as level
 constexpr std::size_t kWallLights = 4000;  // returns of walls, at least, that tell the smoke
 constexpr int kSlopeSlots = 2048;
 constexpr double kSlotsPerSlope = 128.0;
