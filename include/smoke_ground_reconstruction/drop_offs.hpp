@@ -117,6 +117,7 @@ class DropOffFinder {
  private:
   void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns,
                double depth);
+  bool isMirrored(std::size_t column, double crossing) const;
   void findWitnessed();
   void joinNeighbors();
   void endSingleColumns(DropOffs* drops);
@@ -138,6 +139,7 @@ class DropOffFinder {
   ColumnRanges floor_, crossings_;
   std::vector<double> first_, last_;  // crossings by column, also of those between
   std::vector<double> again_;
+  std::vector<std::size_t> below_;      // returns
   std::vector<std::size_t> seen_, at_;  // columns
   DropColumns columns_;
   DropEdgeFinder edge_finder_;

@@ -17,6 +17,7 @@ constexpr double kTolerance = 0.03;  // of a return's place against an edge [m]
 constexpr double kClear = kEdge + kTolerance;  // floor so far behind an edge lies behind it [m]
 constexpr double kClose = 1.0;                 // floor so near before an edge goes on up to it [m]
 constexpr std::ptrdiff_t kSingleColumns = 9;   // that see a drop, though each by one return
+constexpr double kMirror = 0.15;     // floor so near beyond a crossing: there is no drop [m]
 constexpr double kFarEdge = 0.03;    // behind the first return beyond a drop floor begins [m]
 constexpr double kBeyondEdge = 0.3;  // floor so far beyond an edge: the drop has ended [m]
 constexpr std::size_t kWidestSpread = 225;   // columns beside a drop that may belong to it
@@ -60,15 +61,34 @@ void DropOffFinder::collect(const DropOffReturns& returns, double sensor_height,
                             std::size_t columns, double depth) {
   floor_.clear(columns);
   crossings_.clear(columns);
+  below_.clear();
   for (std::size_t i = 0; i < returns.column.size(); ++i) {
     const double planar = returns.planar[i], height = returns.height[i];
     if (returns.is_floor[i] != 0) floor_.add(returns.column[i], planar);
-    if (!(height < -(depth + kDepthSlope * planar))) continue;
-    crossings_.add(returns.column[i], planar * (sensor_height / (sensor_height - height)));
+    if (height < -(depth + kDepthSlope * planar)) below_.push_back(i);
   }
-  if (crossings_.isEmpty()) return;
+  if (below_.empty()) return;
   floor_.sort();
-  crossings_.sort();
+  for (const std::size_t i : below_) {
+    const double height = returns.height[i];
+    const double crossing = returns.planar[i] * (sensor_height / (sensor_height - height));
+    if (!isMirrored(returns.column[i], crossing)) crossings_.add(returns.column[i], crossing);
+  }
+  if (!crossings_.isEmpty()) crossings_.sort();
+}
+
+/// Does a return from below only seem to have fallen through? Where floor is measured to either
+/// side, and on, a glossy floor has mirrored what stands on it.
+bool DropOffFinder::isMirrored(std::size_t column, double crossing) const {
+  const std::size_t columns = floor_.columns();
+  const auto goes_on = [&](std::size_t step) {
+    for (std::size_t k = 0; k <= kNeighbors; ++k) {
+      const auto beyond = floor_.beyond((column + k * step) % columns, crossing);
+      if (beyond.nearest < crossing + kMirror) return true;
+    }
+    return false;
+  };
+  return goes_on(1) && goes_on(columns - 1);
 }
 
 /// Second nearest and second farthest crossing of each column and its neighbours.

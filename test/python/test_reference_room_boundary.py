@@ -267,6 +267,20 @@ def test_a_return_from_below_ends_the_floor_where_its_beam_crossed_it():
     assert not drops.hides(np.full(3, 500), at).any()
 
 
+def test_what_a_glossy_floor_mirrors_is_no_drop():
+    # The feet of a wall at 3 m, 0.1 m high, in the mirror: their beams met the floor at 2.625 m.
+    ranges = np.arange(1.0, 2.95, 0.1)
+    column = np.concatenate([np.repeat(np.arange(20), len(ranges)), [10, 10, 10]])
+    planar = np.concatenate([np.tile(ranges, 20), [3.0, 3.0, 3.0]])
+    height = np.concatenate([np.zeros(20 * len(ranges)), [-0.1, -0.1, -0.1]])
+    drops = find_drop_offs(column, planar, height, height == 0.0, 0.7, DIRECTIONS)
+    assert not np.isfinite(drops.begin).any()
+    ends_before = (height < 0.0) | (planar < 2.6)
+    seen = (values[ends_before] for values in (column, planar, height, height == 0.0))
+    drops = find_drop_offs(*seen, 0.7, DIRECTIONS)
+    assert drops.begin[10] == pytest.approx(2.48)  # the last measured floor, less 2 cm
+
+
 def test_floor_goes_on_beyond_a_pit_where_it_is_measured():
     column = np.full(8, 10)
     planar = np.array([1.8, 4.0, 4.0, 4.0, 2.9, 3.0, 3.1, 3.2])

@@ -23,6 +23,7 @@ _WIDEST_GAP = 12  # columns between two that see a drop, which then see it too
 _FLOOR_AGAIN = 3  # measured returns of floor beyond a drop
 _CLOSE = 1.0  # floor measured so near before an edge goes on up to it [m]
 _SINGLE_COLUMNS = 9  # that see a drop, though each by one return, make an edge beyond doubt
+_MIRROR = 0.15  # floor so near beyond a crossing: there is no drop [m]
 _FAR_EDGE = 0.03  # and begins so far behind the first return beyond a drop [m]
 _BEYOND_EDGE = 0.3  # floor measured so far beyond an edge shows that the drop ended [m]
 _WIDEST_SPREAD = 225  # columns to either side of a drop without an edge that may belong to it
@@ -77,6 +78,8 @@ def find_drop_offs(
     below = height < -(depth + _DEPTH_SLOPE * planar)
     crossing = planar[below] * (sensor_height / (sensor_height - height[below]))
     floor = _Floor(column[is_floor], planar[is_floor], columns)
+    below[below] = ~_is_mirrored(column[below], crossing, floor)
+    crossing = planar[below] * (sensor_height / (sensor_height - height[below]))
     begin, end = np.full(columns, np.inf), np.full(columns, np.inf)
     floor_to = np.zeros(columns)
     if not below.any():
@@ -95,6 +98,24 @@ def find_drop_offs(
     _spread(begin, known, alone, _WIDEST_SPREAD, farthest)
     _spread(begin, known, ends, _SPREAD_PAST_EDGE, farthest)
     return DropOffs(begin, end, floor_to)
+
+
+def _is_mirrored(column, crossing, floor):
+    """Which returns (N,) from below only seem to have fallen through: where floor is measured to
+    either side, and on, a glossy floor has mirrored what stands on it."""
+    return np.array(
+        [
+            all(
+                any(
+                    floor.beyond(c + side * k, place)[1] < place + _MIRROR
+                    for k in range(_NEIGHBORS + 1)
+                )
+                for side in (-1, 1)
+            )
+            for c, place in zip(column, crossing)
+        ],
+        bool,
+    )
 
 
 class _Floor:
