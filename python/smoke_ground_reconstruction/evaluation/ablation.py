@@ -82,7 +82,10 @@ WITHOUT = {
     ),
     "plane": (
         "a level floor through the lowest return",
-        [(room_boundary, "fit_floor", _lowest_return)],
+        [
+            (room_boundary, "fit_floor", _lowest_return),
+            (room.Room, "stands_on_walls", lambda self: False),  # nothing doubts that return
+        ],
     ),
     "relief": ("a plane alone", [(room, "find_relief", lambda xy, height, planar, params: FLAT)]),
     "merge": (
