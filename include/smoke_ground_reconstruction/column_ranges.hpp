@@ -27,6 +27,8 @@ class ColumnRanges {
   /// The farthest range of a column nearer than a distance; 0 where there is none.
   double lastBefore(std::size_t column, double distance) const;
   Beyond beyond(std::size_t column, double distance) const;
+  /// Is a range of a column at most so far from a distance?
+  bool isNear(std::size_t column, double distance, double tolerance) const;
 
  private:
   struct Item {

@@ -71,20 +71,6 @@ struct Posts {
   void clear();
 };
 
-/// Tells which returns stand where posts do; keeps its buffers.
-class PostPlaces {
- public:
-  static constexpr double kNear = 0.06;  ///< planar range between a post and its returns [m]
-
-  void set(const Posts& posts, std::size_t columns);
-  /// Is there a post at a planar range [m] in a column, or in those `beside` it?
-  bool isAtPost(std::size_t column, double planar, std::size_t beside) const;
-
- private:
-  std::vector<std::uint32_t> begin_;  // of each column, and the end
-  std::vector<double> distance_;
-};
-
 constexpr double kPostShare = 0.6;  ///< of the returns around that belong to a post
 constexpr std::size_t kPostPoints = 4;
 constexpr double kPostExtent = 0.12;  ///< least height of a post [m]

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "smoke_ground_reconstruction/azimuth_bins.hpp"
+#include "smoke_ground_reconstruction/column_ranges.hpp"
 #include "smoke_ground_reconstruction/drop_offs.hpp"
 #include "smoke_ground_reconstruction/floor_cells.hpp"
 #include "smoke_ground_reconstruction/floor_model.hpp"
@@ -57,9 +58,7 @@ class Room {
   /// stand where a post of their column does; of a floor's that are few.
   bool standsOnWalls();
   /// Is a return where a post stands in its column or in the two to either side?
-  bool isAtPost(std::size_t i) const {
-    return post_places_.isAtPost(column(i), planar(i), kPostsBeside);
-  }
+  bool isAtPost(std::size_t i) const;
 
   const RoomBoundaryParams& params() const { return params_; }
   std::size_t size() const { return returns_.size(); }
@@ -95,7 +94,6 @@ class Room {
   const std::vector<double>& seenFloor() const { return seen_floor_; }
 
  private:
-  static constexpr std::size_t kPostsBeside = 2;  // columns
   enum Flag : std::uint8_t { kLow = 1, kSoft = 2, kAtWall = 4 };
   using Indices = std::vector<std::uint32_t>;
 
@@ -132,7 +130,7 @@ class Room {
   CeilingFinder ceiling_finder_;
   LevelCells level_cells_;
   PostFinder post_finder_;
-  PostPlaces post_places_;
+  ColumnRanges post_places_;
   Posts posts_;
   ReliefReturns relief_returns_;
   FloorRelief relief_;

@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/column_ranges.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace smoke_ground_reconstruction {
 
@@ -25,6 +26,11 @@ double ColumnRanges::lastBefore(std::size_t column, double distance) const {
     if (*range < distance) last = std::max(last, *range);
   }
   return last;
+}
+
+bool ColumnRanges::isNear(std::size_t column, double distance, double tolerance) const {
+  return std::any_of(begin(column), end(column),
+                     [&](double range) { return std::fabs(distance - range) <= tolerance; });
 }
 
 ColumnRanges::Beyond ColumnRanges::beyond(std::size_t column, double distance) const {

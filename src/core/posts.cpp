@@ -135,24 +135,6 @@ void Posts::clear() {
   for (auto* values : {&distance, &low, &high, &x, &y}) values->clear();
 }
 
-void PostPlaces::set(const Posts& posts, std::size_t columns) {
-  begin_.assign(columns + 1, 0);
-  for (const std::uint16_t column : posts.column) ++begin_[column + 1U];
-  for (std::size_t c = 0; c < columns; ++c) begin_[c + 1] += begin_[c];
-  distance_ = posts.distance;
-}
-
-bool PostPlaces::isAtPost(std::size_t column, double planar, std::size_t beside) const {
-  const std::size_t columns = begin_.size() - 1;
-  for (std::size_t k = 0; k <= 2 * beside; ++k) {
-    const std::size_t c = (column + columns + k - beside) % columns;
-    for (std::size_t i = begin_[c]; i < begin_[c + 1]; ++i) {
-      if (std::fabs(planar - distance_[i]) <= kNear) return true;
-    }
-  }
-  return false;
-}
-
 void PostFinder::find(const WallReturns& returns, Posts* posts) {
   posts->clear();
   markDense(returns.key);

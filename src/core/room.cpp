@@ -21,6 +21,8 @@ constexpr double kDrop = 0.01;       // what lies so much lower than floor can, 
 constexpr double kReliefLowest = 0.15, kReliefHighest = 0.8;  // heights that relief looks at [m]
 constexpr double kNearestWall = 0.2;                          // planar range [m]
 constexpr double kFeetShare = 0.2;  // of a plane's returns at walls, which no floor has
+constexpr double kPostFoot = 0.06;  // planar range between a post and the returns at its place [m]
+constexpr std::size_t kPostsBeside = 2;  // columns
 constexpr double kBelowCeiling = 0.05;
 constexpr double kWallFoot = 0.05;         // returns so near to a wall's line may be its foot [m]
 constexpr double kSoftRange = 1.5;         // smoke's own returns come from nearer [m]
@@ -182,12 +184,25 @@ std::size_t Room::postReturns() const {
 }
 
 bool Room::standsOnWalls() {
-  post_places_.set(posts_, bins_.count());
+  post_places_.clear(bins_.count());
+  for (std::size_t k = 0; k < posts_.size(); ++k) {
+    post_places_.add(posts_.column[k], posts_.distance[k]);
+  }
+  post_places_.sort();
   std::size_t at_posts = 0;
   for (const std::uint32_t i : low_) {
-    at_posts += post_places_.isAtPost(column(i), planar(i), 0) ? 1U : 0U;
+    at_posts += post_places_.isNear(column(i), planar(i), kPostFoot) ? 1U : 0U;
   }
   return static_cast<double>(at_posts) > kFeetShare * static_cast<double>(low_.size());
+}
+
+bool Room::isAtPost(std::size_t i) const {
+  const std::size_t columns = bins_.count();
+  for (std::size_t k = 0; k <= 2 * kPostsBeside; ++k) {
+    const std::size_t c = (column(i) + columns + k - kPostsBeside) % columns;
+    if (post_places_.isNear(c, planar(i), kPostFoot)) return true;
+  }
+  return false;
 }
 
 void Room::findWalls(const ColumnDirections& directions) {
