@@ -1,7 +1,6 @@
 """The denoiser as a rospy node: ``~input`` -> ``~denoised`` and ``~noise``."""
 
 import numpy as np
-import rospy
 from sensor_msgs.msg import PointCloud2
 
 from smoke_ground_reconstruction.cfg import DenoiserConfig
@@ -11,7 +10,7 @@ from ..reference.agdor_filter import AgdorFilter
 from ..reference.label import Label
 from ..reference.scan import Scan, ScanView
 from ..ros_messages import read_cloud, select_points
-from .lazy_node import LazyNode, publish_if_heard, subscribe
+from .lazy_node import LazyNode, publish_if_heard, run
 
 
 class DenoiserNode(LazyNode):
@@ -26,7 +25,7 @@ class DenoiserNode(LazyNode):
 
     def start_listening(self):
         """Subscribe to the inputs."""
-        self._input_sub = subscribe("~input", self._on_cloud)
+        self._input_sub = self.subscribe("~input", self._on_cloud)
 
     def stop_listening(self):
         """Unsubscribe."""
@@ -65,6 +64,4 @@ class DenoiserNode(LazyNode):
 
 def main():
     """Run the node until ROS ends it."""
-    rospy.init_node("denoiser")
-    DenoiserNode()
-    rospy.spin()
+    run("denoiser", DenoiserNode)

@@ -37,6 +37,7 @@ class LazyNode(rospy.SubscribeListener):
         self._outputs = []
         self._is_listening = False
         self._has_warned_of_rings = False
+        self._queue_size = _queue_size()
         self._is_always_on = rospy.get_param("~always_on", False)
         self._params_class = params_class
         self.params = params_class()
@@ -116,6 +117,19 @@ class LazyNode(rospy.SubscribeListener):
             else:
                 self.stop_listening()
 
+    def subscribe(self, topic, callback) -> rospy.Subscriber:
+        """A subscription to a PointCloud2 that keeps the newest ~queue_size scans: by default one,
+        so that a stage that falls behind works on the newest, not on one that grew old in a
+        queue."""
+        return rospy.Subscriber(
+            topic,
+            PointCloud2,
+            callback,
+            queue_size=self._queue_size,
+            buff_size=BUFFER_SIZE,
+            tcp_nodelay=True,
+        )
+
     # --- parameters and diagnostics ---
 
     def _on_config(self, config, _level):
@@ -156,22 +170,21 @@ def publish_if_heard(publisher, make, timing=None):
         publisher.publish(message)
 
 
-def queue_size() -> int:
-    """~queue_size, the scans that may wait. ValueError below 1: 0 would mean without end."""
+def run(name, node_class) -> None:
+    """Run a node until ROS ends it. A parameter that it cannot start with ends it at once, with a
+    line that names it and a non-zero exit."""
+    rospy.init_node(name)
+    try:
+        node_class()
+    except ValueError as error:
+        rospy.logfatal(str(error))
+        raise SystemExit(1) from None
+    rospy.spin()
+
+
+def _queue_size() -> int:
+    """~queue_size. ValueError below 1: 0 would mean without end."""
     size = rospy.get_param("~queue_size", 1)
     if size < 1:
         raise ValueError(f"{rospy.resolve_name('~queue_size')} must be at least 1, is {size}")
     return size
-
-
-def subscribe(topic, callback):
-    """A subscription to a PointCloud2 that keeps the newest ~queue_size scans: by default one, so
-    that a stage that falls behind works on the newest, not on one that grew old in a queue."""
-    return rospy.Subscriber(
-        topic,
-        PointCloud2,
-        callback,
-        queue_size=queue_size(),
-        buff_size=BUFFER_SIZE,
-        tcp_nodelay=True,
-    )

@@ -26,7 +26,7 @@ from ..ros_messages import (
     surface_message,
 )
 from .findings import findings_of, height_warning
-from .lazy_node import BUFFER_SIZE, LazyNode, publish_if_heard, subscribe
+from .lazy_node import BUFFER_SIZE, LazyNode, publish_if_heard, run
 from .mounting_source import MountingSource
 
 _RAW_ALONE = ("~input",)
@@ -60,7 +60,7 @@ class ReconstructorNode(LazyNode):
         """Subscribe to the inputs."""
         topics = self.inputs_of(self.params)
         if topics == _RAW_ALONE:
-            self._subscribers = [subscribe("~input", self._on_raw)]
+            self._subscribers = [self.subscribe("~input", self._on_raw)]
             return
         self._subscribers = [
             message_filters.Subscriber(
@@ -186,6 +186,4 @@ def _check_frame(raw, part, topic):
 
 def main():
     """Run the node until ROS ends it."""
-    rospy.init_node("reconstructor")
-    ReconstructorNode()
-    rospy.spin()
+    run("reconstructor", ReconstructorNode)
