@@ -96,6 +96,7 @@ def test_the_report_shows_both():
     "arguments, complaint",
     [
         (["--rate", "0"], "--rate and --seconds must be above 0"),
+        (["--rate", "inf"], "--rate and --seconds must be above 0 and finite"),
         (["--compare", "-1"], "--compare must not be negative"),
         (["--threads", "0"], "--queue-size and --threads must be at least 1"),
     ],

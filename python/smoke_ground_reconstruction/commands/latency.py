@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import math
 import tempfile
 from pathlib import Path
 from typing import Iterator, Sequence
@@ -65,8 +66,8 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    if not (arguments.rate > 0 and arguments.seconds > 0):
-        raise CommandError("--rate and --seconds must be above 0")
+    if not (0 < arguments.rate < math.inf and 0 < arguments.seconds < math.inf):
+        raise CommandError("--rate and --seconds must be above 0 and finite")
     if arguments.compare < 0:
         raise CommandError("--compare must not be negative")
     if min(arguments.queue_size, arguments.threads) < 1:
