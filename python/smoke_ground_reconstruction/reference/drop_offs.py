@@ -78,8 +78,8 @@ def find_drop_offs(
     below = height < -(depth + _DEPTH_SLOPE * planar)
     crossing = planar[below] * (sensor_height / (sensor_height - height[below]))
     floor = _Floor(column[is_floor], planar[is_floor], columns)
-    below[below] = ~_is_mirrored(column[below], crossing, floor)
-    crossing = planar[below] * (sensor_height / (sensor_height - height[below]))
+    falls = ~_is_mirrored(column[below], crossing, floor)
+    below[below], crossing = falls, crossing[falls]
     begin, end = np.full(columns, np.inf), np.full(columns, np.inf)
     floor_to = np.zeros(columns)
     if not below.any():
