@@ -40,6 +40,10 @@ struct FloorModel {
                             (c[6] * x + c[7] * y + c[8]);
     return of_plane + uneven * uneven;
   }
+  /// One sigma of a return's height as that of the floor, by the sine of its grazing angle [m]: the
+  /// range's noise, and what of the unevenness may be errors that neighbouring returns have in
+  /// common; one scan cannot tell which.
+  double measuredSigma(double sine) const;
 };
 
 /// Fits the floor of one scan after another; keeps its buffers, not its answers.
@@ -75,6 +79,7 @@ class FloorFitter {
   std::size_t slots() const;
   bool refine(const Points& returns, Plane plane, double sensor_height, FloorModel* found);
   void keepNear(const Points& returns, const Plane& plane);
+  void countTogether();
   void residuals(const Plane& plane);
   Step reweighted(double sensor_height);
   void tellNoise(double* noise, double* uneven);
@@ -82,14 +87,16 @@ class FloorFitter {
   double totalWeight() const;
 
   RoomBoundaryParams params_;
-  std::vector<std::uint8_t> is_low_;                                  // per return
-  std::vector<std::uint32_t> low_;                                    // returns
-  std::vector<double> x_, y_, z_, sine_, residual_, scale_, weight_;  // of those that are fitted
-  std::size_t count_ = 0;                                             // the rest is padding
+  std::vector<std::uint8_t> is_low_;      // per return
+  std::vector<std::uint32_t> low_;        // returns
+  std::vector<double> x_, y_, z_, sine_;  // of those that are fitted
+  std::vector<double> residual_, scale_, variance_, weight_;
+  std::vector<double> together_;  // returns that share each one's cell
+  std::size_t count_ = 0;         // the rest is padding
   std::vector<double> vote_x_, vote_y_, over_lowest_;
   std::vector<int> vote_;
   std::array<std::array<int, kMostSlots + 3>, kMostTilts> counts_{};  // by tilt along y and slot
-  std::vector<std::uint16_t> cell_count_;
+  std::vector<std::uint32_t> cell_count_;
   std::vector<std::uint32_t> vote_cell_;
 };
 

@@ -36,6 +36,13 @@ double slopeOf(int degrees) {
   return static_cast<double>(static_cast<float>(std::tan(degrees * (M_PI / 180.0))));
 }
 
+/// The cell of a place within kFarthest.
+std::uint32_t cellOf(double x, double y) {
+  const int column = floorToInt(x / kCell) + kMiddleCell;
+  const int row = floorToInt(y / kCell) + kMiddleCell;
+  return static_cast<std::uint32_t>(column * kCellsAcross + row);
+}
+
 /// Counts of values >= 0 in steps, and their median.
 class Histogram {
  public:
@@ -109,6 +116,12 @@ void Points::push(float px, float py, float pz) {
   z.push_back(pz);
 }
 
+double FloorModel::measuredSigma(double sine) const {
+  const double lift = noise * sine;
+  const double common = std::max(0.0, uneven * uneven - kUneven * kUneven);
+  return std::sqrt(lift * lift + common);
+}
+
 FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const FloorModel* before,
                             const RoomBoundaryParams& params) {
   params_ = params;
@@ -167,9 +180,7 @@ void FloorFitter::castVotes(const Points& returns, double sensor_height) {
   for (std::size_t k = 0; k < low_.size(); k += stride) {
     const double x = returns.x[low_[k]];
     const double y = returns.y[low_[k]];
-    const int column = floorToInt(x / kCell) + kMiddleCell;
-    const int row = floorToInt(y / kCell) + kMiddleCell;
-    vote_cell_.push_back(static_cast<std::uint32_t>(column * kCellsAcross + row));
+    vote_cell_.push_back(cellOf(x, y));
     ++cell_count_[vote_cell_.back()];
     vote_x_.push_back(x);
     vote_y_.push_back(y);
@@ -232,8 +243,10 @@ SMOKE_GROUND_MULTIVERSION
 bool FloorFitter::refine(const Points& returns, Plane plane, double sensor_height,
                          FloorModel* found) {
   keepNear(returns, plane);
+  countTogether();
   for (const double scale : kScales) {
     std::fill(scale_.begin(), scale_.end(), scale);
+    for (std::size_t k = 0; k < scale_.size(); ++k) variance_[k] = scale * scale * together_[k];
     residuals(plane);
     plane = reweighted(sensor_height).plane;
   }
@@ -243,7 +256,9 @@ bool FloorFitter::refine(const Points& returns, Plane plane, double sensor_heigh
     tellNoise(&found->noise, &found->uneven);
     for (std::size_t k = 0; k < scale_.size(); ++k) {
       const double lift = found->noise * sine_[k];
-      scale_[k] = std::sqrt(lift * lift + found->uneven * found->uneven);
+      const double uneven = found->uneven * found->uneven;
+      scale_[k] = std::sqrt(lift * lift + uneven);
+      variance_[k] = lift * lift + uneven * together_[k];
     }
     step = reweighted(sensor_height);
     plane = step.plane;
@@ -276,10 +291,22 @@ void FloorFitter::keepNear(const Points& returns, const Plane& plane) {
     x_[k] = y_[k] = 0.0;
     z_[k] = 1e6;
   }
-  for (auto* values : {&sine_, &residual_, &scale_, &weight_}) values->resize(padded);
+  for (auto* values : {&sine_, &residual_, &scale_, &variance_, &weight_}) values->resize(padded);
   for (std::size_t i = 0; i < padded; ++i) {
     sine_[i] = std::fabs(z_[i]) / std::sqrt((x_[i] * x_[i] + y_[i] * y_[i]) + z_[i] * z_[i]);
   }
+}
+
+/// How many returns share each one's cell: its height above the plane is common to them.
+void FloorFitter::countTogether() {
+  vote_cell_.resize(count_);
+  for (std::size_t i = 0; i < count_; ++i) {
+    vote_cell_[i] = cellOf(x_[i], y_[i]);
+    ++cell_count_[vote_cell_[i]];
+  }
+  together_.assign(x_.size(), 1.0);
+  for (std::size_t i = 0; i < count_; ++i) together_[i] = cell_count_[vote_cell_[i]];
+  for (const std::uint32_t cell : vote_cell_) cell_count_[cell] = 0;
 }
 
 SMOKE_GROUND_MULTIVERSION
@@ -301,7 +328,7 @@ FloorFitter::Step FloorFitter::reweighted(double sensor_height) {
       const double rest = 1.0 - u * u;
       const double weight = std::fabs(u) < 1.0 ? rest * rest : 0.0;
       weight_[k] = weight;
-      const double inverse = weight / (scale_[k] * scale_[k]);
+      const double inverse = weight / variance_[k];
       const double wx = inverse * x_[k];
       const double wy = inverse * y_[k];
       sums[kS][lane] += inverse;

@@ -84,6 +84,14 @@ class FloorModel:
         at = np.stack([x, y, np.ones_like(x)], axis=-1)
         return np.sqrt(np.einsum("...i,ij,...j->...", at, self.covariance, at) + self.uneven**2)
 
+    def measured_sigma(self, sine):
+        """One sigma of a return's height as that of the floor, by the sine of its grazing angle
+        [m]: the range's noise, and what of the unevenness may be errors that neighbouring returns
+        have in common; one scan cannot tell which."""
+        lift = self.noise * sine
+        common = max(0.0, self.uneven * self.uneven - _UNEVEN * _UNEVEN)
+        return np.sqrt(lift * lift + common)
+
 
 def fit_floor(xyz, sensor_height, before=None, params=None):
     """The floor of one scan.
@@ -174,13 +182,16 @@ def _refined(low, plane, sensor_height, params):
     low = low[np.abs(_residuals(low, plane)) < _TAKEN]
     x, y, z = low.T
     sine = np.abs(z) / np.sqrt((x * x + y * y) + z * z)
+    together = _together(low)
     for scale in _SCALES:
-        plane, _, _ = _reweighted(low, plane, np.full(len(low), scale), sensor_height)
+        scale = np.full(len(low), scale)
+        plane, _, _ = _reweighted(low, plane, scale, scale * scale * together, sensor_height)
     for _ in range(_STEPS):
         noise, uneven = _noise(np.abs(_residuals(low, plane)), sine)
         lift = noise * sine
         scale = np.sqrt(lift * lift + uneven * uneven)
-        plane, weight, covariance = _reweighted(low, plane, scale, sensor_height)
+        variance = lift * lift + (uneven * uneven) * together
+        plane, weight, covariance = _reweighted(low, plane, scale, variance, sensor_height)
     total = ordered_sum(weight)
     if total < _FEWEST or _width(low, weight, total) < _NARROWEST:
         return None
@@ -193,16 +204,23 @@ def _refined(low, plane, sensor_height, params):
     return FloorModel(plane, covariance, total, noise, uneven, FloorSource.MEASURED, error)
 
 
+def _together(low):
+    """How many returns share each one's cell: its height above the plane is common to them."""
+    cell = np.floor(low[:, :2] / _CELL).astype(np.int64)
+    _, of, count = np.unique(cell_numbers(cell), return_inverse=True, return_counts=True)
+    return count[of].astype(np.float64)
+
+
 def _residuals(low, plane):
     return low[:, 2] - ((plane[0] * low[:, 0] + plane[1] * low[:, 1]) + plane[2])
 
 
-def _reweighted(low, plane, scale, sensor_height):
+def _reweighted(low, plane, scale, variance, sensor_height):
     """One step: the plane, the Tukey weights about the last one, and the covariance."""
     u = _residuals(low, plane) / (_TUKEY * scale)
     rest = 1.0 - u * u
     weight = np.where(np.abs(u) < 1.0, rest * rest, 0.0)
-    inverse = weight / (scale * scale)
+    inverse = weight / variance
     x, y, z = low.T
     wx, wy = inverse * x, inverse * y
     sx, sy, s, sz = (ordered_sum(values) for values in (wx, wy, inverse, inverse * z))
