@@ -41,22 +41,32 @@ class CellSet {
   std::vector<std::uint64_t> bits_;
 };
 
-/// Cells of 0.2 m that are as level as the floor, by the median of their low returns.
+/// Cells of 0.2 m that are as level as the floor, or floor, by the median of their low returns.
 class LevelCells {
  public:
   LevelCells();
-  /// \param tolerance  a level cell's median lies so near to the plane [m].
-  void clear(double tolerance);
+  /// \param level, floor  the median of a level cell, and of one of floor, lies so near to the
+  ///                      plane [m].
+  void clear(double level, double floor);
   /// A low return at a height over the floor [m].
   void add(double x, double y, double height);
   bool isLevel(double x, double y) const;
+  bool isFloor(double x, double y) const;
 
  private:
-  struct Counts {
-    std::uint16_t all, below_top, below_bottom;  // of the band of heights that are level
+  struct Band {
+    std::uint16_t below_top = 0, below_bottom = 0;  // returns
   };
+  struct Counts {
+    std::uint16_t all = 0;
+    Band level, floor;
+  };
+  static void count(double height, double half, Band* band);
+  static bool isMedianIn(const Band& band, std::uint16_t all);
+  const Counts* find(double x, double y, std::uint16_t least) const;
+
   CellGrid grid_;
-  double tolerance_ = 0.0;
+  double level_ = 0.0, floor_ = 0.0;
   std::vector<Counts> counts_;
   std::vector<std::uint32_t> touched_;
 };

@@ -75,6 +75,9 @@ class FloorCompletion {
     bool is_level;            // does each meet the floor in the column of its azimuth?
   };
 
+  void findMeasured(const Room& room);
+  bool isMeasured(const Room& room, std::uint32_t low) const;
+  void drawOn(const Room& room);
   void layBeams(const Room& room, const Mounting& mounting);
   bool mayMeetFloor(double tangent, double farthest) const;
   void cutBeams(double tangent);
@@ -101,8 +104,7 @@ class FloorCompletion {
   std::vector<std::uint16_t> column_;  // of the measured points
   std::vector<double> planar_;
   CellSet measured_cells_;
-  std::vector<std::uint8_t> is_measured_;  // per low return
-  std::vector<std::uint32_t> behind_;      // low returns
+  std::vector<std::uint32_t> past_;  // measured returns past the limits
   FarthestReturns farthest_;
   FloorConfidence confidence_;
   std::vector<double> beyond_, between_rings_;

@@ -77,6 +77,10 @@ class Room {
   bool goesOnLevel(std::size_t i) const {
     return level_cells_.isLevel(points().x[i], points().y[i]);
   }
+  /// Is a return's cell one of floor?
+  bool isFloorCell(std::size_t i) const {
+    return level_cells_.isFloor(points().x[i], points().y[i]);
+  }
   /// Returns on the line of their column's boundary, column by column.
   const std::vector<std::uint32_t>& onWalls() const { return on_walls_; }
   /// How far a return lies beyond the line of its column's boundary [m]; negative infinity where

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kAcross = 1024;
 constexpr double kLevelCell = 0.2;  // [m]
-constexpr std::uint16_t kLevelPoints = 3;
+constexpr std::uint16_t kLevelPoints = 3, kFloorPoints = 2;
 constexpr std::uint16_t kMostPoints = 60000;
 
 }  // namespace
@@ -52,11 +52,12 @@ void CellSet::insert(double x, double y) {
   if (cell != CellGrid::kOutside) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
 }
 
-LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts{0, 0, 0}) {}
+LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts()) {}
 
-void LevelCells::clear(double tolerance) {
-  tolerance_ = tolerance;
-  for (const std::uint32_t cell : touched_) counts_[cell] = {0, 0, 0};
+void LevelCells::clear(double level, double floor) {
+  level_ = level;
+  floor_ = floor;
+  for (const std::uint32_t cell : touched_) counts_[cell] = Counts();
   touched_.clear();
 }
 
@@ -67,17 +68,35 @@ void LevelCells::add(double x, double y, double height) {
   if (counts.all == 0) touched_.push_back(cell);
   if (counts.all >= kMostPoints) return;
   ++counts.all;
-  if (height < tolerance_) ++counts.below_top;
-  if (height <= -tolerance_) ++counts.below_bottom;
+  count(height, level_, &counts.level);
+  count(height, floor_, &counts.floor);
+}
+
+void LevelCells::count(double height, double half, Band* band) {
+  if (height < half) ++band->below_top;
+  if (height <= -half) ++band->below_bottom;
 }
 
 bool LevelCells::isLevel(double x, double y) const {
+  const Counts* counts = find(x, y, kLevelPoints);
+  return counts != nullptr && isMedianIn(counts->level, counts->all);
+}
+
+bool LevelCells::isFloor(double x, double y) const {
+  const Counts* counts = find(x, y, kFloorPoints);
+  return counts != nullptr && isMedianIn(counts->floor, counts->all);
+}
+
+/// Null where a cell has too few returns.
+const LevelCells::Counts* LevelCells::find(double x, double y, std::uint16_t least) const {
   const std::uint32_t cell = grid_.cellOf(x, y);
-  if (cell == CellGrid::kOutside) return false;
-  // The median is the value at `all / 2` in ascending order.
-  const Counts& counts = counts_[cell];
-  return counts.all >= kLevelPoints && counts.below_top > counts.all / 2 &&
-         counts.below_bottom <= counts.all / 2;
+  if (cell == CellGrid::kOutside || counts_[cell].all < least) return nullptr;
+  return &counts_[cell];
+}
+
+/// The median is the value at `all / 2` in ascending order.
+bool LevelCells::isMedianIn(const Band& band, std::uint16_t all) {
+  return band.below_top > all / 2 && band.below_bottom <= all / 2;
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -67,37 +67,40 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
     const double open_end = std::max(room.seenFloor()[c], room.drops().floor_to[c]);
     limit[c] = distance > 0.0 ? std::max(0.0, distance - kAtWall) : open_end;
   }
-  const auto& low = room.low();
-  is_measured_.assign(low.size(), 0);
-  behind_.clear();
-  for (std::uint32_t k = 0; k < low.size(); ++k) {
-    const std::uint32_t i = low[k];
-    const std::size_t c = room.column(i);
-    const double planar = room.planar(i);
-    if (room.drops().hides(c, planar)) continue;
-    if (planar <= limit[c]) {
-      is_measured_[k] = room.pastWall(i) <= -kAtWall ? 1 : 0;
-    } else if (planar > limit[c] + Room::kBeyond) {
-      behind_.push_back(k);
-    }
-  }
-  // Behind an opening the floor is drawn on to what is measured: it goes on in between.
-  farthest_.clear(columns);
-  for (const std::uint32_t k : behind_) {
-    const std::uint32_t i = low[k];
-    if (!room.goesOnLevel(i)) continue;
-    is_measured_[k] = 1;
-    farthest_.add(room.column(i), room.planar(i));
-  }
-  claim_.measured.clear();
-  for (std::size_t k = 0; k < low.size(); ++k) {
-    if (is_measured_[k] != 0) claim_.measured.push_back(low[k]);
-  }
-  farthest_.find(1, &beyond_);
-  for (std::size_t c = 0; c < columns; ++c) {
-    limit[c] = std::min(std::max(limit[c], beyond_[c]), room.params().max_range);
-  }
+  findMeasured(room);
+  drawOn(room);
   return claim_;
+}
+
+/// Which low returns are floor, and which of them lie past the limits.
+void FloorCompletion::findMeasured(const Room& room) {
+  claim_.measured.clear();
+  past_.clear();
+  for (const std::uint32_t i : room.low()) {
+    if (!isMeasured(room, i)) continue;
+    claim_.measured.push_back(i);
+    if (room.planar(i) > claim_.limit[room.column(i)] + Room::kBeyond) past_.push_back(i);
+  }
+}
+
+bool FloorCompletion::isMeasured(const Room& room, std::uint32_t low) const {
+  const std::size_t c = room.column(low);
+  const double planar = room.planar(low);
+  if (room.drops().hides(c, planar)) return false;
+  if (planar <= claim_.limit[c]) return room.pastWall(low) <= -kAtWall;
+  // Where nothing is known to bound the floor a cell of it will do, behind an opening a level one.
+  if (room.profile().distance[c] == 0.0) return room.isFloorCell(low);
+  return planar > claim_.limit[c] + Room::kBeyond && room.goesOnLevel(low);
+}
+
+/// Past a limit the floor goes on up to what is measured.
+void FloorCompletion::drawOn(const Room& room) {
+  farthest_.clear(claim_.limit.size());
+  for (const std::uint32_t i : past_) farthest_.add(room.column(i), room.planar(i));
+  farthest_.find(1, &beyond_);
+  for (std::size_t c = 0; c < claim_.limit.size(); ++c) {
+    claim_.limit[c] = std::min(std::max(claim_.limit[c], beyond_[c]), room.params().max_range);
+  }
 }
 
 const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
@@ -274,7 +277,7 @@ void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_
   surface->floor_plane = rotatedPlane(floor.plane, transposed(mounting.rotation));
 }
 
-/// In input order. A range's noise lifts a return by the sine of its grazing angle.
+/// In input order.
 void FloorCompletion::placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
                                     const Room& room, const FloorModel& floor,
                                     FloorSurface* surface) {
@@ -296,7 +299,7 @@ void FloorCompletion::placeMeasured(const ScanView& scan, const std::vector<std:
     const double y = room.points().y[k];
     const double z = room.points().z[k];
     const double sine = std::fabs(z) / std::sqrt((x * x + y * y) + z * z);
-    surface->sigma[n] = static_cast<float>(floor.noise * sine);
+    surface->sigma[n] = static_cast<float>(floor.measuredSigma(sine));
   }
   confidence_.measured(column_.data(), planar_.data(), size, surface->confidence.data());
 }

@@ -288,7 +288,7 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
 /// How far floor and ceiling are measured.
 void Room::findSeen() {
   const Points& at = points();
-  level_cells_.clear(kLevelShare * tolerance_);
+  level_cells_.clear(kLevelShare * tolerance_, tolerance_);
   const double band = kLevelBand * tolerance_;
   for (const std::uint32_t i : near_) {
     const double height = returns_.height[i];

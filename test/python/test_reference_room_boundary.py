@@ -113,6 +113,21 @@ def test_feet_of_one_far_wall_do_not_tilt_the_plane():
     assert abs(found.plane[0] * 4.0 + found.plane[2] + 0.7) < 0.0015
 
 
+def test_crowded_returns_tell_the_height_of_their_cell_but_once():
+    """Carpet: each cell of 0.1 m has a height of its own, and all its returns share it."""
+    errors = []
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        # Half of the returns crowd within 0.7 m, as rings do near the sensor.
+        near, wide = rng.uniform(-0.7, 0.7, (4000, 2)), rng.uniform(-2.5, 2.5, (4000, 2))
+        xy = np.concatenate([near, wide])
+        cell = np.floor(xy / 0.1).astype(int) + 50
+        z = -0.7 + 0.01 * rng.standard_normal((100, 100))[cell[:, 0], cell[:, 1]]
+        found = fit_floor(np.column_stack([xy, z]), 0.70)
+        errors.append(found.plane[:2] / np.sqrt(np.diag(found.covariance)[:2]))
+    assert 0.6 < np.std(errors) < 1.6
+
+
 def test_floor_at_one_range_alone_makes_a_plane():
     azimuth = np.linspace(0.0, 2.0 * np.pi, 400, endpoint=False)
     ring = np.column_stack([2.0 * np.cos(azimuth), 2.0 * np.sin(azimuth), np.full(400, -0.7)])
@@ -242,6 +257,18 @@ def test_half_a_room_without_walls_stays_unknown():
     claimed = found.surface.xyz[np.isin(columns_of(found.surface.xyz), np.arange(300, 600))]
     # To the last ring measured within 1.5 m and no farther.
     assert 1.3 < np.hypot(claimed[:, 0], claimed[:, 1]).max() <= 1.5
+
+
+def test_floor_is_measured_wherever_nothing_is_known_to_bound_it():
+    """Smoke hides the walls of a sector, and the floor but for two returns of one cell, and a lone
+    one, past what the columns show otherwise."""
+    view = without_walls(room_scan(), 10.0, 130.0)
+    azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0])) % 360.0
+    planar = np.hypot(view.xyz[:, 0], view.xyz[:, 1])
+    view = view.select(~((azimuth > 10.0) & (azimuth < 130.0) & (planar > 1.2)))
+    lone = rooms.view_of([(1.5, 1.5, -0.7), (1.52, 1.52, -0.7), (2.1, 1.1, -0.7)], 15.0, 20)
+    room = reconstruct(rooms.joined(view, lone))
+    assert (room.labels[-3:] == Label.GROUND).tolist() == [True, True, False]
 
 
 def test_smoke_near_the_sensor_bounds_nothing():

@@ -73,14 +73,15 @@ def claim_floor(room):
 
 
 def _measured(room, limit):
-    """Returns that are floor: before the boundary, or level with it behind an opening."""
+    """Returns that are floor: before the boundary; else, as their cell is, behind an opening or
+    where nothing is known to bound the floor."""
     before = (room.planar <= limit[room.column]) & (room.past_wall() <= -_AT_WALL)
-    behind = room.planar > limit[room.column] + BEYOND
     level = room.is_low & ~room.drops.hides(room.column, room.planar)
+    is_open = room.profile.distance[room.column] == 0.0
+    behind = ~is_open & (room.planar > limit[room.column] + BEYOND)
     measured = level & before
-    behind &= level
-    if np.any(behind):
-        measured |= behind & room.goes_on_level()
+    measured |= level & behind & room.goes_on_level()
+    measured |= level & is_open & room.is_floor_cell()
     return measured
 
 
@@ -194,10 +195,10 @@ def merge(view, valid, room, claim, drawn, outline, sensor, mounting, floor):
 
 
 def _measured_sigma(room, claim, floor):
-    """Of the measured points' heights: the range's noise by the grazing angle [m], float32."""
+    """Of the measured points' heights [m], float32."""
     x, y, z = room.xyz[claim.measured].T
     sine = np.abs(z) / np.sqrt((x * x + y * y) + z * z)
-    return (floor.noise * sine).astype(np.float32)
+    return floor.measured_sigma(sine).astype(np.float32)
 
 
 def _drawn_sigma(room, drawn, floor):

@@ -32,6 +32,7 @@ _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
 _STEEPER = 1000  # one return in so many may lie above the highest beam
 _OPENING_CELL = 0.2
 _OPENING_POINTS = 3
+_FLOOR_POINTS = 2
 
 
 class Room:
@@ -209,14 +210,22 @@ class Room:
         return np.column_stack([self.lines.nx[walls], self.lines.ny[walls]])
 
     def goes_on_level(self):
-        """Is a return's cell as level as the floor? The median of its low returns decides."""
+        """Is a return's cell as level as the floor?"""
+        return self._in_cells(_LEVEL_SHARE, _OPENING_POINTS)
+
+    def is_floor_cell(self):
+        """Is a return's cell one of floor?"""
+        return self._in_cells(1.0, _FLOOR_POINTS)
+
+    def _in_cells(self, share, points):
+        """In cells with so many low returns, their median within a share of the tolerance?"""
         low = np.abs(self.height) < 5 * self.tolerance
         low = np.flatnonzero(low & (self.planar < self.params.max_range))
         cell = cell_keys(self.xyz, _OPENING_CELL)
         order = low[np.lexsort((self.height[low], cell[low]))]
         cells, begin, count = np.unique(cell[order], return_index=True, return_counts=True)
         median = self.height[order[begin + count // 2]]
-        good = (np.abs(median) < _LEVEL_SHARE * self.tolerance) & (count >= _OPENING_POINTS)
+        good = (np.abs(median) < share * self.tolerance) & (count >= points)
         return np.isin(cell, cells[good])
 
     def past_wall(self):
