@@ -57,27 +57,35 @@ struct ReliefGrid {
     float x, y, height;
     std::uint32_t cell;
   };
-  /// Of the returns of a cell; `median` and the means are 0 where there are none, the median also
-  /// where all lie on the plane [m].
+  /// Of the returns of a cell [m].
   struct Cell {
     std::uint32_t count = 0;
-    bool is_even = false;  ///< do they agree on one height?
-    float median = 0.0F, bottom = 0.0F, top = 0.0F;
-    double mean_x = 0.0, mean_y = 0.0, mean_height = 0.0;
+    bool is_even = false;             ///< do they agree on one height?
+    float median = 0.0F;              ///< of an even cell; 0 where all lie on the plane
+    float bottom = 0.0F, top = 0.0F;  ///< not where all lie on the plane
+  };
+  /// Of the places and heights of a cell's returns [m].
+  struct Mean {
+    double x = 0.0, y = 0.0, height = 0.0;
   };
 
   std::vector<Return> returns;
   std::vector<Cell> cells;
+  std::vector<std::uint32_t> off;  ///< returns in cells of which some lie off the plane
+  std::vector<Mean> means;         ///< by cell, once findMeans() was called
 
   void fill(const ReliefReturns& input);
+  void findMeans();
 
  private:
-  void add(const Return& one);
+  void take(const ReliefReturns& input);
   void rank();
   void rank(Cell* cell, float* first) const;
 
-  std::vector<std::uint32_t> begin_;
-  std::vector<float> heights_;  // by cell, of those that are to be ranked
+  std::vector<std::uint32_t> cell_of_;  // by return of the input, kCells where it has none
+  std::vector<std::uint8_t> is_off_;    // by cell: does a return lie off the plane?
+  std::vector<std::uint32_t> begin_;    // by cell
+  std::vector<float> heights_;          // by cell, of those that are to be ranked
 };
 
 /// What of the floor is not on its plane: ramps, platforms and steps, and how they go on where
@@ -124,6 +132,7 @@ class FloorRelief {
   bool findStep();
   void collectRisers();
   Line straightestRiser();
+  void collectRiserCells();
   bool refineRiser(Line* line) const;
   bool placeStep(const Line& line);
   bool stands(double from, double to);
@@ -161,8 +170,9 @@ class FloorRelief {
   std::vector<ReliefFacet> facets_;
   std::vector<ReliefCrease> creases_;
   Indices queue_, group_, left_, near_, on_, riser_, riser_cells_, riser_counts_;
-  std::vector<double> sums_x_, sums_y_, sorted_;
-  std::vector<int> votes_;
+  std::vector<std::array<double, 2>> sums_;         // of places, by cell
+  std::vector<double> riser_x_, riser_y_, sorted_;  // the former by cell of a riser
+  std::vector<int> slots_, votes_;
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -25,10 +26,28 @@ constexpr double kFlatness = 0.004;      // a floor without relief strays so far
 constexpr double kUnseenSlope = 0.35;    // of the steepest slope seen may be missed per metre
 constexpr double kUnseenHeight = 0.1;    // ... or of the greatest height
 
-constexpr std::uint32_t kNotRanked = 0xFFFFFFFFU;
-
 /// Column or row of a coordinate.
 int indexOf(double coordinate) { return floorToInt(coordinate / ReliefGrid::kCell) + kSide / 2; }
+
+/// Cells of returns, ReliefGrid::kCells of those that are too high, too low, too near or too far.
+SMOKE_GROUND_MULTIVERSION
+void findCells(const ReliefReturns& input, std::uint32_t* cell) {
+  constexpr auto kFarthest = static_cast<float>(ReliefGrid::kReach);
+  const float* px = input.x.data();
+  const float* py = input.y.data();
+  const float* pz = input.height.data();
+  const float* planar = input.planar.data();
+  for (std::size_t i = 0, n = input.size(); i < n; ++i) {
+    const bool is_in = (pz[i] > ReliefGrid::kLowest) & (pz[i] < ReliefGrid::kHighest) &
+                       (planar[i] > kNearest) & (std::fabs(px[i]) < kFarthest) &
+                       (std::fabs(py[i]) < kFarthest);
+    const double x = is_in ? px[i] : 0.0F;
+    const double y = is_in ? py[i] : 0.0F;
+    const int at = indexOf(y) * kSide + indexOf(x);
+    cell[i] =
+        is_in ? static_cast<std::uint32_t>(at) : static_cast<std::uint32_t>(ReliefGrid::kCells);
+  }
+}
 
 }  // namespace
 
@@ -44,66 +63,91 @@ void ReliefReturns::push(float at_x, float at_y, float over_plane, float range) 
 }
 
 void ReliefGrid::fill(const ReliefReturns& input) {
-  constexpr auto kFarthest = static_cast<float>(kReach);
-  returns.clear();
-  cells.assign(kCells, Cell());
-  for (std::size_t i = 0; i < input.size(); ++i) {
-    const float x = input.x[i], y = input.y[i], height = input.height[i];
-    if (!(height > kLowest) || !(height < kHighest) || !(input.planar[i] > kNearest)) continue;
-    if (!(std::fabs(x) < kFarthest) || !(std::fabs(y) < kFarthest)) continue;
-    add({x, y, height, static_cast<std::uint32_t>(indexOf(y) * kSide + indexOf(x))});
+  take(input);
+  off.resize(returns.size());
+  std::size_t count = 0;
+  for (std::uint32_t i = 0; i < returns.size(); ++i) {
+    off[count] = i;
+    count += is_off_[returns[i].cell];
+  }
+  off.resize(count);
+  for (const std::uint32_t i : off) {
+    const float height = returns[i].height;
+    Cell& cell = cells[returns[i].cell];
+    cell.bottom = std::min(cell.bottom, height);
+    cell.top = std::max(cell.top, height);
   }
   rank();
 }
 
-void ReliefGrid::add(const Return& one) {
-  returns.push_back(one);
-  Cell& cell = cells[one.cell];
-  cell.bottom = cell.count == 0 ? one.height : std::min(cell.bottom, one.height);
-  cell.top = cell.count == 0 ? one.height : std::max(cell.top, one.height);
-  ++cell.count;
-  cell.mean_x += one.x;
-  cell.mean_y += one.y;
-  cell.mean_height += one.height;
+/// Returns with their cells, how many each has, and which have some off the plane.
+void ReliefGrid::take(const ReliefReturns& input) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  cell_of_.resize(input.size());
+  findCells(input, cell_of_.data());
+  returns.resize(input.size());
+  cells.assign(kCells + 1, Cell{0, false, 0.0F, kInfinity, -kInfinity});
+  is_off_.assign(kCells + 1, 0);
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < input.size(); ++i) {
+    const std::uint32_t cell = cell_of_[i];
+    const float height = input.height[i];
+    returns[taken] = {input.x[i], input.y[i], height, cell};
+    taken += cell < kCells ? 1U : 0U;
+    ++cells[cell].count;
+    if (!(std::fabs(height) < kOnPlane)) is_off_[cell] = 1;
+  }
+  returns.resize(taken);
+  cells.resize(kCells);
 }
 
-/// What the heights of each cell say.
+/// What the heights of each cell say. No need to rank what lies on the plane altogether.
 void ReliefGrid::rank() {
-  begin_.resize(kCells);
+  begin_.assign(kCells, 0);
   std::uint32_t ranked = 0;
   for (std::size_t c = 0; c < kCells; ++c) {
-    Cell& cell = cells[c];
-    begin_[c] = kNotRanked;
-    if (cell.count == 0) continue;
-    cell.mean_x /= cell.count;
-    cell.mean_y /= cell.count;
-    cell.mean_height /= cell.count;
-    if (cell.count < kPoints) continue;
-    cell.is_even = cell.bottom > -kOnPlane && cell.top < kOnPlane;
-    if (cell.is_even) continue;  // no need to rank what lies on the plane altogether
+    cells[c].is_even = cells[c].count >= kPoints;
+    if (is_off_[c] == 0) continue;
     begin_[c] = ranked;
-    ranked += cell.count;
+    ranked += cells[c].count;
   }
   heights_.resize(ranked);
-  for (const Return& one : returns) {
-    if (begin_[one.cell] != kNotRanked) heights_[begin_[one.cell]++] = one.height;
-  }
+  for (const std::uint32_t i : off) heights_[begin_[returns[i].cell]++] = returns[i].height;
   for (std::size_t c = 0; c < kCells; ++c) {
-    if (begin_[c] != kNotRanked) rank(&cells[c], heights_.data() + begin_[c] - cells[c].count);
+    if (is_off_[c] == 0 || cells[c].count < kPoints) continue;
+    rank(&cells[c], heights_.data() + begin_[c] - cells[c].count);
   }
 }
 
-/// Median of a cell's heights, and whether they agree on one.
+/// Median of a cell's heights, if they agree on one.
 void ReliefGrid::rank(Cell* cell, float* first) const {
   const std::uint32_t count = cell->count;
   float* low = first + count / 10;
   float* middle = first + count / 2;
   float* high = first + (9 * count) / 10;
-  std::nth_element(first, middle, first + count);
-  if (high != middle) std::nth_element(middle + 1, high, first + count);
-  if (low != middle) std::nth_element(first, low, middle);
-  cell->median = *middle;
+  std::nth_element(first, high, first + count);
+  if (low != high) std::nth_element(first, low, high);
   cell->is_even = static_cast<double>(*high) - static_cast<double>(*low) < kSpread;
+  if (!cell->is_even) return;
+  if (middle != low && middle != high) std::nth_element(low + 1, middle, high);
+  cell->median = *middle;
+}
+
+void ReliefGrid::findMeans() {
+  means.assign(kCells, Mean());
+  for (const Return& one : returns) {
+    Mean& mean = means[one.cell];
+    mean.x += one.x;
+    mean.y += one.y;
+    mean.height += one.height;
+  }
+  for (std::size_t c = 0; c < kCells; ++c) {
+    const std::uint32_t count = cells[c].count;
+    if (count == 0) continue;
+    means[c].x /= count;
+    means[c].y /= count;
+    means[c].height /= count;
+  }
 }
 
 FloorRelief::FloorRelief() { setFlat(); }
@@ -121,9 +165,11 @@ void FloorRelief::find(const ReliefReturns& returns, const RoomBoundaryParams& p
   setFlat();
   grid_.fill(returns);
   has_step_ = findStep();
+  if (has_step_) grid_.findMeans();
   findFloor();
   nearest_.assign(ReliefGrid::kCells, {-2, 0});
   if (!has_heights_ && !has_step_) return;
+  if (!has_step_) grid_.findMeans();
   findFacets();
   if (has_step_) joinStep();
   findCreases();

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <limits>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
 #include "smoke_ground_reconstruction/floor_relief.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
@@ -40,6 +41,26 @@ constexpr double kLower = 0.04;  // returns so far below a facet: the floor is l
 constexpr std::size_t kFewestLower = 3;  // returns
 constexpr double kOnPlane = 0.03;
 
+/// Slots of the distances that lines of a normal through places have.
+SMOKE_GROUND_MULTIVERSION
+void slotsOf(const std::vector<double>& x, const std::vector<double>& y, const Direction& normal,
+             int* slot) {
+  const double* px = x.data();
+  const double* py = y.data();
+  const double cosine = normal.cosine, sine = normal.sine;
+  for (std::size_t i = 0, n = x.size(); i < n; ++i) {
+    slot[i] = floorToInt((cosine * px[i] + sine * py[i]) / kRhoStep) + kSlots;
+  }
+}
+
+/// The most votes that two slots side by side have.
+SMOKE_GROUND_MULTIVERSION
+int mostInPairs(const int* votes, std::size_t size) {
+  int most = 0;
+  for (std::size_t s = 0; s + 1 < size; ++s) most = std::max(most, votes[s] + votes[s + 1]);
+  return most;
+}
+
 }  // namespace
 
 bool ReliefStep::holds(double x, double y, double over_plane) const {
@@ -61,7 +82,7 @@ bool FloorRelief::findStep() {
 void FloorRelief::collectRisers() {
   riser_.clear();
   const double highest = params_.max_step_height;
-  for (std::uint32_t i = 0; i < grid_.returns.size(); ++i) {
+  for (const std::uint32_t i : grid_.off) {
     const auto& one = grid_.returns[i];
     if (!(one.height > kRiserLowest) || !(one.height < highest + kRiserOver)) continue;
     const double top = grid_.cells[one.cell].top;
@@ -72,38 +93,46 @@ void FloorRelief::collectRisers() {
 
 /// The line that runs through most cells with returns: a Hough transform, one vote a cell.
 FloorRelief::Line FloorRelief::straightestRiser() {
+  collectRiserCells();
+  int best = 0;
+  Line line{1.0, 0.0, 0.0};
+  slots_.resize(riser_x_.size());
+  for (int k = 0; k < kAngles; ++k) {
+    const Direction normal = Direction::fromDegrees(k);
+    slotsOf(riser_x_, riser_y_, normal, slots_.data());
+    votes_.assign(2 * kSlots, 0);
+    for (const int slot : slots_) ++votes_[static_cast<std::size_t>(slot)];
+    const int most = mostInPairs(votes_.data(), votes_.size());
+    if (most <= best) continue;
+    best = most;
+    int at = 0;
+    while (votes_[static_cast<std::size_t>(at)] + votes_[static_cast<std::size_t>(at) + 1] != most)
+      ++at;
+    line = {normal.cosine, normal.sine, (at - kSlots + 1) * kRhoStep};
+  }
+  return line;
+}
+
+/// Cells with returns that may be a riser's, and the means of their places.
+void FloorRelief::collectRiserCells() {
   riser_counts_.assign(ReliefGrid::kCells, 0);
-  sums_x_.assign(ReliefGrid::kCells, 0.0);
-  sums_y_.assign(ReliefGrid::kCells, 0.0);
+  sums_.resize(ReliefGrid::kCells);
   for (const std::uint32_t i : riser_) {
     const auto& one = grid_.returns[i];
-    ++riser_counts_[one.cell];
-    sums_x_[one.cell] += one.x;
-    sums_y_[one.cell] += one.y;
+    auto& sum = sums_[one.cell];
+    if (riser_counts_[one.cell]++ == 0) sum = {0.0, 0.0};
+    sum[0] += one.x;
+    sum[1] += one.y;
   }
   riser_cells_.clear();
+  riser_x_.clear();
+  riser_y_.clear();
   for (std::uint32_t c = 0; c < ReliefGrid::kCells; ++c) {
     if (riser_counts_[c] == 0) continue;
     riser_cells_.push_back(c);
-    sums_x_[c] /= riser_counts_[c];
-    sums_y_[c] /= riser_counts_[c];
+    riser_x_.push_back(sums_[c][0] / riser_counts_[c]);
+    riser_y_.push_back(sums_[c][1] / riser_counts_[c]);
   }
-  int best = 0;
-  Line line{1.0, 0.0, 0.0};
-  for (int k = 0; k < kAngles; ++k) {
-    const Direction normal = Direction::fromDegrees(k);
-    votes_.assign(2 * kSlots, 0);
-    for (const std::uint32_t c : riser_cells_) {
-      const double rho = normal.cosine * sums_x_[c] + normal.sine * sums_y_[c];
-      ++votes_[static_cast<std::size_t>(floorToInt(rho / kRhoStep) + kSlots)];
-    }
-    for (std::size_t s = 0; s + 1 < votes_.size(); ++s) {
-      if (votes_[s] + votes_[s + 1] <= best) continue;
-      best = votes_[s] + votes_[s + 1];
-      line = {normal.cosine, normal.sine, (static_cast<int>(s) - kSlots + 1) * kRhoStep};
-    }
-  }
-  return line;
 }
 
 /// Total least squares through the returns near a line, twice; false where too few are left. The
@@ -177,9 +206,9 @@ bool FloorRelief::stands(double from, double to) {
 /// Do cells lie on the step's platform?
 bool FloorRelief::stepCarries(const Indices& group) const {
   return std::all_of(group.begin(), group.end(), [this](std::uint32_t c) {
-    const auto& cell = grid_.cells[c];
-    return std::fabs(cell.mean_height - step_.height) < kLower &&
-           step_.side(cell.mean_x, cell.mean_y) > -kCreaseSlack;
+    const auto& mean = grid_.means[c];
+    return std::fabs(mean.height - step_.height) < kLower &&
+           step_.side(mean.x, mean.y) > -kCreaseSlack;
   });
 }
 
@@ -204,8 +233,8 @@ void FloorRelief::findFacets() {
 }
 
 bool FloorRelief::isOn(std::uint32_t cell, const ReliefFacet& facet) const {
-  const auto& of = grid_.cells[cell];
-  return std::fabs(of.mean_height - facet.at(of.mean_x, of.mean_y)) < kInlier;
+  const auto& mean = grid_.means[cell];
+  return std::fabs(mean.height - facet.at(mean.x, mean.y)) < kInlier;
 }
 
 std::size_t FloorRelief::countOn(const Indices& cells, const ReliefFacet& facet) const {
@@ -219,15 +248,15 @@ ReliefFacet FloorRelief::strongest(const Indices& left) {
   ReliefFacet best;
   std::size_t count = 0;
   for (std::size_t s = 0; s < left.size(); s += std::max<std::size_t>(1, left.size() / kSeeds)) {
-    const auto& seed = grid_.cells[left[s]];
+    const auto& seed = grid_.means[left[s]];
     on_.clear();
     for (const std::uint32_t c : left) {
-      const auto& cell = grid_.cells[c];
-      const bool is_near = std::fabs(cell.mean_x - seed.mean_x) < kAround &&
-                           std::fabs(cell.mean_y - seed.mean_y) < kAround;
+      const auto& mean = grid_.means[c];
+      const bool is_near =
+          std::fabs(mean.x - seed.x) < kAround && std::fabs(mean.y - seed.y) < kAround;
       if (is_near) on_.push_back(c);
     }
-    for (const ReliefFacet& facet : {ReliefFacet{0.0, 0.0, seed.mean_height}, fitted(on_)}) {
+    for (const ReliefFacet& facet : {ReliefFacet{0.0, 0.0, seed.height}, fitted(on_)}) {
       const std::size_t found = countOn(left, facet);
       const double square = facet.a * facet.a + facet.b * facet.b;
       if (found <= count || !(square < steepest * steepest)) continue;
@@ -254,18 +283,18 @@ ReliefFacet FloorRelief::fitted(const Indices& cells) const {
   for (const std::uint32_t c : cells) {
     const double weight = weightOf(c);
     total.add(weight);
-    sum_x.add(weight * grid_.cells[c].mean_x);
-    sum_y.add(weight * grid_.cells[c].mean_y);
-    sum_h.add(weight * grid_.cells[c].mean_height);
+    sum_x.add(weight * grid_.means[c].x);
+    sum_y.add(weight * grid_.means[c].y);
+    sum_h.add(weight * grid_.means[c].height);
   }
   const double mean_x = sum_x.value() / total.value(), mean_y = sum_y.value() / total.value();
   const double mean_h = sum_h.value() / total.value();
   OrderedSum of_xx, of_xy, of_yy, of_xh, of_yh;
   for (const std::uint32_t c : cells) {
-    const auto& cell = grid_.cells[c];
+    const auto& mean = grid_.means[c];
     const double weight = weightOf(c);
-    const double x = cell.mean_x - mean_x, y = cell.mean_y - mean_y;
-    const double h = cell.mean_height - mean_h;
+    const double x = mean.x - mean_x, y = mean.y - mean_y;
+    const double h = mean.height - mean_h;
     of_xx.add(weight * (x * x));
     of_xy.add(weight * (x * y));
     of_yy.add(weight * (y * y));
@@ -321,8 +350,8 @@ bool FloorRelief::crossing(int first, int second, Line* line) const {
   std::array<Sides, 2> sides;
   for (std::size_t c = 0; c < ReliefGrid::kCells; ++c) {
     if (facet_[c] != first && facet_[c] != second) continue;
-    const auto& cell = grid_.cells[c];
-    const double side = (line->nx * cell.mean_x + line->ny * cell.mean_y) - line->rho;
+    const auto& mean = grid_.means[c];
+    const double side = (line->nx * mean.x + line->ny * mean.y) - line->rho;
     Sides& of = sides[facet_[c] == first ? 0 : 1];
     ++of.cells;
     of.positive += side > 0.0 ? 1 : 0;
@@ -359,7 +388,7 @@ void FloorRelief::lowerSlopes() {
 double FloorRelief::highestOf(int facet) const {
   double highest = -std::numeric_limits<double>::infinity();
   for (std::size_t c = 0; c < ReliefGrid::kCells; ++c) {
-    if (facet_[c] == facet) highest = std::max(highest, grid_.cells[c].mean_height);
+    if (facet_[c] == facet) highest = std::max(highest, grid_.means[c].height);
   }
   return highest;
 }
