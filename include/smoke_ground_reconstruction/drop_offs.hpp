@@ -29,6 +29,13 @@ struct DropOffReturns {
   std::vector<std::uint16_t> column;
   std::vector<float> planar, height;   ///< planar range and height above the floor [m]
   std::vector<std::uint8_t> is_floor;  ///< measured floor; feet of walls must not be among it
+
+  void clear() {
+    column.clear();
+    planar.clear();
+    height.clear();
+    is_floor.clear();
+  }
 };
 
 /// A straight edge: its normal away from the sensor, its distance [m], the columns it spans.
@@ -102,7 +109,13 @@ class DropEdgeFinder {
 /// goes on only where it is measured again beyond the last. Not in the thesis.
 class DropOffFinder {
  public:
-  static constexpr double kDepth = 0.04;  ///< of a level floor [m]
+  static constexpr double kDepth = 0.04;        ///< of a level floor [m]
+  static constexpr double kDepthSlope = 0.015;  ///< a return so much deeper per metre is none of it
+
+  /// Is a return, `depth` being that of find(), none of the floor?
+  static bool isBelow(double planar, double height, double depth) {
+    return height < -(depth + kDepthSlope * planar);
+  }
 
   /// \param sensor_height  of the sensor above the floor [m].
   /// \param middle  directions of the columns' middles.

@@ -74,13 +74,9 @@ class Room {
   const std::vector<std::uint32_t>& low() const { return low_; }
   bool isSoft(std::size_t i) const { return (flags_[i] & kSoft) != 0; }
   /// Is a return's cell as level as the floor?
-  bool goesOnLevel(std::size_t i) const {
-    return level_cells_.isLevel(points().x[i], points().y[i]);
-  }
+  bool goesOnLevel(std::size_t i) const;
   /// Is a return's cell one of floor?
-  bool isFloorCell(std::size_t i) const {
-    return level_cells_.isFloor(points().x[i], points().y[i]);
-  }
+  bool isFloorCell(std::size_t i) const;
   /// Returns on the line of their column's boundary, column by column.
   const std::vector<std::uint32_t>& onWalls() const { return on_walls_; }
   /// How far a return lies beyond the line of its column's boundary [m]; negative infinity where
@@ -110,8 +106,12 @@ class Room {
   void addCarried();
   void markFeetOfWalls(const ColumnDirections& directions);
   void findSeen();
+  void fillLevelCells() const;
+  const std::vector<double>& levelFloor();
   void findSeenCeiling();
   void findDrops(const ColumnDirections& directions);
+  bool seesBelow() const;
+  bool isWithinBoundary(std::size_t i) const;
   void addDropReturn(std::size_t i, bool is_floor);
   void findWallFeet();
   void findWallNormals();
@@ -132,7 +132,9 @@ class Room {
   std::array<double, 3> plane_ = {0, 0, 0};
   WallReturns wall_returns_;
   CeilingFinder ceiling_finder_;
-  LevelCells level_cells_;
+  mutable LevelCells level_cells_;  // of this scan once something asks for them
+  mutable bool has_level_cells_ = false;
+  bool has_level_floor_ = false;
   PostFinder post_finder_;
   ColumnRanges post_places_;
   Posts posts_;

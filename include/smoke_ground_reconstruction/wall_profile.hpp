@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "smoke_ground_reconstruction/floor_surface.hpp"
@@ -23,13 +24,15 @@ struct Profile {
 /// where two of them meet. Keeps its buffers.
 class ProfileFinder {
  public:
+  using LevelFloor = std::function<const std::vector<double>&()>;
+
   /// \param beyond  per column: how far floor or ceiling was measured [m]; no wall stands nearer,
   ///                unless it is seen.
   /// \param level_floor  per column: how far floor was measured that goes on as level as the
-  ///                     room's [m].
+  ///                     room's [m]. Asked for only where a wall may have an opening.
   /// \param max_bridge_ratio  a wall is drawn on to a corner at most so many times its seen length.
   void find(const Posts& posts, const WallSupport& support, const UpwardView& view,
-            const std::vector<double>& beyond, const std::vector<double>& level_floor,
+            const std::vector<double>& beyond, const LevelFloor& level_floor,
             const ColumnDirections& directions, double max_bridge_ratio, Profile* profile);
 
  private:
@@ -49,9 +52,9 @@ class ProfileFinder {
                      Profile* profile);
   void takeLines(const WallSupport& support, const ColumnDirections& directions, Profile* profile);
   void closeOpenings(const WallSupport& support, const UpwardView& view,
-                     const std::vector<double>& level_floor, Profile* profile);
-  void closeOpening(const double* reach, const UpwardView& view,
-                    const std::vector<double>& level_floor, std::int32_t line, Profile* profile);
+                     const LevelFloor& level_floor, Profile* profile);
+  void closeOpening(const double* reach, const UpwardView& view, const LevelFloor& level_floor,
+                    std::int32_t line, Profile* profile);
   void bridge(const WallSupport& support, const ColumnDirections& directions, Profile* profile);
   void collectGap(const Bridge& bridge, const Profile& profile);
   bool isBridged(const Bridge& bridge, const ColumnDirections& directions,

@@ -8,7 +8,6 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kDepthSlope = 0.015;   // a return so much deeper per metre is none of the floor
 constexpr std::size_t kNeighbors = 2;   // columns to either side that share what they see
 constexpr std::size_t kWidestGap = 12;  // columns between two that see a drop and then see it too
 constexpr std::size_t kFloorAgain = 3;  // measured returns of floor beyond a drop
@@ -65,7 +64,7 @@ void DropOffFinder::collect(const DropOffReturns& returns, double sensor_height,
   for (std::size_t i = 0; i < returns.column.size(); ++i) {
     const double planar = returns.planar[i], height = returns.height[i];
     if (returns.is_floor[i] != 0) floor_.add(returns.column[i], planar);
-    if (height < -(depth + kDepthSlope * planar)) below_.push_back(i);
+    if (isBelow(planar, height, depth)) below_.push_back(i);
   }
   if (below_.empty()) return;
   floor_.sort();

@@ -68,6 +68,7 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
   drop_depth_ = params.drop_depth > 0.0 ? params.drop_depth : tolerance_ + kDrop;
   rotation_ = rotation;
   plane_ = rotatedPlane(floor.plane, rotation);
+  has_level_cells_ = has_level_floor_ = false;
   takeIn(level);
   pickByHeight();
   view_ = {ceiling_finder_.find(returns_, above_, bins_.count()), -plane_[2], 0.0,
@@ -212,7 +213,8 @@ void Room::findWalls(const ColumnDirections& directions) {
   support_.find(wall_returns_, lines_, directions, view_);
   markFeetOfWalls(directions);
   findSeen();
-  profile_finder_.find(posts_, support_, view_, beyond_, level_floor_, directions,
+  const auto level_floor = [this]() -> const std::vector<double>& { return levelFloor(); };
+  profile_finder_.find(posts_, support_, view_, beyond_, level_floor, directions,
                        params_.max_bridge_ratio, &profile_);
   findOnWalls(directions);
   findDrops(directions);
@@ -288,17 +290,9 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
 /// How far floor and ceiling are measured.
 void Room::findSeen() {
   const Points& at = points();
-  level_cells_.clear(kLevelShare * tolerance_, tolerance_);
-  const double band = kLevelBand * tolerance_;
-  for (const std::uint32_t i : near_) {
-    const double height = returns_.height[i];
-    if (!(std::fabs(height) < band) || !(returns_.planar[i] < params_.max_range)) continue;
-    level_cells_.add(at.x[i], at.y[i], height);
-  }
-  const auto is_floor = [&](std::size_t i) { return (flags_[i] & kAtWall) == 0; };
   farthest_.clear(bins_.count());
   for (const std::uint32_t i : low_) {
-    if (is_floor(i)) farthest_.add(column(i), planar(i));
+    if ((flags_[i] & kAtWall) == 0) farthest_.add(column(i), planar(i));
   }
   for (std::size_t k = 0; relief_.hasStep() && k < near_.size(); ++k) {
     // A riser has floor at its foot.
@@ -308,12 +302,41 @@ void Room::findSeen() {
     farthest_.add(column(i), planar(i));
   }
   farthest_.find(2, &seen_floor_);
+  findSeenCeiling();
+}
+
+bool Room::goesOnLevel(std::size_t i) const {
+  if (!has_level_cells_) fillLevelCells();
+  return level_cells_.isLevel(points().x[i], points().y[i]);
+}
+
+bool Room::isFloorCell(std::size_t i) const {
+  if (!has_level_cells_) fillLevelCells();
+  return level_cells_.isFloor(points().x[i], points().y[i]);
+}
+
+void Room::fillLevelCells() const {
+  const Points& at = points();
+  level_cells_.clear(kLevelShare * tolerance_, tolerance_);
+  const double band = kLevelBand * tolerance_;
+  for (const std::uint32_t i : near_) {
+    const double height = returns_.height[i];
+    if (!(std::fabs(height) < band) || !(returns_.planar[i] < params_.max_range)) continue;
+    level_cells_.add(at.x[i], at.y[i], height);
+  }
+  has_level_cells_ = true;
+}
+
+/// How far floor as level as the plane is measured in each column [m].
+const std::vector<double>& Room::levelFloor() {
+  if (has_level_floor_) return level_floor_;
   farthest_.clear(bins_.count());
   for (const std::uint32_t i : low_) {
-    if (is_floor(i) && goesOnLevel(i)) farthest_.add(column(i), planar(i));
+    if ((flags_[i] & kAtWall) == 0 && goesOnLevel(i)) farthest_.add(column(i), planar(i));
   }
   farthest_.find(2, &level_floor_);
-  findSeenCeiling();
+  has_level_floor_ = true;
+  return level_floor_;
 }
 
 void Room::findSeenCeiling() {
@@ -327,25 +350,36 @@ void Room::findSeenCeiling() {
 }
 
 void Room::findDrops(const ColumnDirections& directions) {
-  drop_returns_.column.clear();
-  drop_returns_.planar.clear();
-  drop_returns_.height.clear();
-  drop_returns_.is_floor.clear();
-  for (const std::uint32_t i : low_) addDropReturn(i, (flags_[i] & kAtWall) == 0);
-  for (const std::uint32_t i : deep_) {
-    if ((flags_[i] & kLow) == 0) addDropReturn(i, false);
+  drop_returns_.clear();
+  if (seesBelow()) {
+    for (const std::uint32_t i : low_) addDropReturn(i, (flags_[i] & kAtWall) == 0);
+    for (const std::uint32_t i : deep_) {
+      if ((flags_[i] & kLow) == 0) addDropReturn(i, false);
+    }
+    findWallNormals();
+    findWallFeet();
   }
-  findWallNormals();
-  findWallFeet();
   drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, wall_feet_,
                     &drops_, drop_depth_);
 }
 
+/// Does any return within the boundary come from below the floor? Without one there is no drop.
+bool Room::seesBelow() const {
+  return std::any_of(deep_.begin(), deep_.end(), [this](std::uint32_t i) {
+    return isWithinBoundary(i) && DropOffFinder::isBelow(planar(i), height(i), drop_depth_);
+  });
+}
+
+bool Room::isWithinBoundary(std::size_t i) const {
+  const double distance = profile_.distance[column(i)];
+  return distance == 0.0 || planar(i) < distance + 2 * kBeyond;
+}
+
 /// Adds what lies within the boundary.
 void Room::addDropReturn(std::size_t i, bool is_floor) {
+  if (!isWithinBoundary(i)) return;
   const double distance = profile_.distance[column(i)];
   const bool is_open = distance == 0.0;
-  if (!is_open && !(planar(i) < distance + 2 * kBeyond)) return;
   drop_returns_.column.push_back(returns_.column[i]);
   drop_returns_.planar.push_back(planar(i));
   drop_returns_.height.push_back(height(i));
@@ -357,7 +391,6 @@ void Room::findWallFeet() {
   wall_feet_.distance = profile_.distance;
   wall_feet_.column.clear();
   wall_feet_.height.clear();
-  if (deep_.empty()) return;  // no drop is seen
   for (const std::uint32_t i : near_) {
     const double height = returns_.height[i];
     if (!(height > WallFeet::kLowest) || isSoft(i)) continue;

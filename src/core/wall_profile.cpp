@@ -62,7 +62,7 @@ std::size_t endOf(const std::vector<std::int32_t>& line, std::size_t at, std::si
 }  // namespace
 
 void ProfileFinder::find(const Posts& posts, const WallSupport& support, const UpwardView& view,
-                         const std::vector<double>& beyond, const std::vector<double>& level_floor,
+                         const std::vector<double>& beyond, const LevelFloor& level_floor,
                          const ColumnDirections& directions, double max_bridge_ratio,
                          Profile* profile) {
   max_bridge_ratio_ = max_bridge_ratio;
@@ -177,7 +177,7 @@ void ProfileFinder::takeLines(const WallSupport& support, const ColumnDirections
 /// farther away between two stretches of one line is seen through a door or a window: floor goes on
 /// to it only if some is measured there.
 void ProfileFinder::closeOpenings(const WallSupport& support, const UpwardView& view,
-                                  const std::vector<double>& level_floor, Profile* profile) {
+                                  const LevelFloor& level_floor, Profile* profile) {
   const std::size_t columns = profile->columns();
   is_on_.resize(columns);
   for (std::size_t number = 0; number < support.lines(); ++number) {
@@ -198,14 +198,14 @@ void ProfileFinder::closeOpenings(const WallSupport& support, const UpwardView& 
 
 /// Closes the gap, if it is an opening, by a line of which this is the reach.
 void ProfileFinder::closeOpening(const double* reach, const UpwardView& view,
-                                 const std::vector<double>& level_floor, std::int32_t line,
+                                 const LevelFloor& level_floor, std::int32_t line,
                                  Profile* profile) {
   const double widest = kWidestGap * static_cast<double>(profile->columns());
   if (gap_.empty() || static_cast<double>(gap_.size()) > widest) return;
   std::size_t torn = 0;
   for (const std::size_t c : gap_) {
     if (view.tells(reach[c])) return;
-    torn += level_floor[c] > reach[c] + kBeyond ? 1U : 0U;
+    torn += level_floor()[c] > reach[c] + kBeyond ? 1U : 0U;
   }
   if (static_cast<double>(torn) > kTorn * static_cast<double>(gap_.size())) return;
   for (const std::size_t c : gap_) {
