@@ -29,7 +29,8 @@ class CellSet {
   CellSet();
   /// \param size  edge of a cell [m].
   void clear(double size);
-  void insert(double x, double y);
+  /// The cells of `size` places.
+  void insert(const float* x, const float* y, std::size_t size);
   /// \param cell  as grid() numbers them.
   bool contains(std::uint32_t cell) const {
     return cell != CellGrid::kOutside && (bits_[cell / 64] >> (cell % 64) & 1U) != 0;
@@ -39,6 +40,7 @@ class CellSet {
  private:
   CellGrid grid_;
   std::vector<std::uint64_t> bits_;
+  std::vector<std::uint32_t> cells_;
 };
 
 /// Cells of 0.2 m that are as level as the floor, or floor, by the median of their low returns.

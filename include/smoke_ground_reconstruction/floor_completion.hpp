@@ -76,6 +76,7 @@ class FloorCompletion {
   };
 
   void findMeasured(const Room& room);
+  void gatherMeasured(const Room& room);
   bool isMeasured(const Room& room, std::uint32_t low) const;
   void drawOn(const Room& room);
   void layBeams(const Room& room, const Mounting& mounting);
@@ -87,7 +88,8 @@ class FloorCompletion {
   void fill(const Room& room, std::size_t column, double begin, double spacing, std::size_t count);
   void keep(const Room& room, std::size_t size, std::uint16_t ring);
   void placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                     const Room& room, const FloorModel& floor, FloorSurface* surface);
+                     const FloorModel& floor, FloorSurface* surface);
+  void tellMeasuredSigma(const FloorModel& floor, float* sigma) const;
   void placeDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
                   const FloorModel& floor, FloorSurface* surface);
   void placeRings(const SensorModel& sensor, FloorSurface* surface);
@@ -101,7 +103,8 @@ class FloorCompletion {
   Beams beams_ = {};
   Stretch stretch_;
   Points level_;
-  std::vector<std::uint16_t> column_;  // of the measured points
+  Points measured_;  // in the upright frame, with their columns and planar ranges
+  std::vector<std::uint16_t> column_;
   std::vector<double> planar_;
   CellSet measured_cells_;
   std::vector<std::uint32_t> past_;  // measured returns past the limits

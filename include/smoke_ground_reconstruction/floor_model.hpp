@@ -40,10 +40,9 @@ struct FloorModel {
                             (c[6] * x + c[7] * y + c[8]);
     return of_plane + uneven * uneven;
   }
-  /// One sigma of a return's height as that of the floor, by the sine of its grazing angle [m]: the
-  /// range's noise, and what of the unevenness may be errors that neighbouring returns have in
-  /// common; one scan cannot tell which.
-  double measuredSigma(double sine) const;
+  /// Variance of a return's height as that of the floor, its range's noise apart [m2]: what of the
+  /// unevenness may be errors that neighbouring returns have in common; one scan cannot tell which.
+  double commonVariance() const;
 };
 
 /// Fits the floor of one scan after another; keeps its buffers, not its answers.

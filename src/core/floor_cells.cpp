@@ -47,9 +47,12 @@ void CellSet::clear(double size) {
   std::fill(bits_.begin(), bits_.end(), 0);
 }
 
-void CellSet::insert(double x, double y) {
-  const std::uint32_t cell = grid_.cellOf(x, y);
-  if (cell != CellGrid::kOutside) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
+void CellSet::insert(const float* x, const float* y, std::size_t size) {
+  cells_.resize(size);
+  grid_.cellsOf(x, y, size, cells_.data());
+  for (const std::uint32_t cell : cells_) {
+    if (cell != CellGrid::kOutside) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
+  }
 }
 
 LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts()) {}

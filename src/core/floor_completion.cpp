@@ -68,6 +68,7 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
     limit[c] = distance > 0.0 ? std::max(0.0, distance - kAtWall) : open_end;
   }
   findMeasured(room);
+  gatherMeasured(room);
   drawOn(room);
   return claim_;
 }
@@ -80,6 +81,23 @@ void FloorCompletion::findMeasured(const Room& room) {
     if (!isMeasured(room, i)) continue;
     claim_.measured.push_back(i);
     if (room.planar(i) > claim_.limit[room.column(i)] + Room::kBeyond) past_.push_back(i);
+  }
+}
+
+/// What later steps ask of the measured returns.
+void FloorCompletion::gatherMeasured(const Room& room) {
+  const std::size_t size = claim_.measured.size();
+  for (auto* values : {&measured_.x, &measured_.y, &measured_.z}) values->resize(size);
+  column_.resize(size);
+  planar_.resize(size);
+  const Points& points = room.points();
+  for (std::size_t n = 0; n < size; ++n) {
+    const std::uint32_t i = claim_.measured[n];
+    measured_.x[n] = points.x[i];
+    measured_.y[n] = points.y[i];
+    measured_.z[n] = points.z[i];
+    column_[n] = static_cast<std::uint16_t>(room.column(i));
+    planar_[n] = room.planar(i);
   }
 }
 
@@ -107,8 +125,7 @@ const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
                                         const Mounting& mounting) {
   drawn_.size = 0;
   measured_cells_.clear(room->params().cell_size);
-  const Points& points = room->points();
-  for (const std::uint32_t i : claim_.measured) measured_cells_.insert(points.x[i], points.y[i]);
+  measured_cells_.insert(measured_.x.data(), measured_.y.data(), measured_.size());
   drawBeams(*room, sensor, mounting);
   drawFill(*room);
   raise(&room->relief());
@@ -271,7 +288,7 @@ void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_
                             const FloorModel& floor, FloorSurface* surface) {
   surface->resize(claim_.measured.size() + drawn_.size);
   confidence_.look(*room, claim_.limit, claim_.measured);
-  placeMeasured(scan, valid, *room, floor, surface);
+  placeMeasured(scan, valid, floor, surface);
   placeDrawn(room, sensor, mounting, floor, surface);
   outline(*room, mounting, &surface->boundary);
   surface->floor_plane = rotatedPlane(floor.plane, transposed(mounting.rotation));
@@ -279,29 +296,33 @@ void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_
 
 /// In input order.
 void FloorCompletion::placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                                    const Room& room, const FloorModel& floor,
-                                    FloorSurface* surface) {
+                                    const FloorModel& floor, FloorSurface* surface) {
   const std::size_t size = claim_.measured.size();
-  column_.resize(size);
-  planar_.resize(size);
   for (std::size_t n = 0; n < size; ++n) {
-    const std::uint32_t k = claim_.measured[n];
-    const std::uint32_t i = valid[k];
+    const std::uint32_t i = valid[claim_.measured[n]];
     surface->x[n] = scan.x[i];
     surface->y[n] = scan.y[i];
     surface->z[n] = scan.z[i];
     surface->intensity[n] = scan.intensity[i];
     surface->ring[n] = scan.ring[i];
-    surface->provenance[n] = Provenance::kMeasured;
-    column_[n] = static_cast<std::uint16_t>(room.column(k));
-    planar_[n] = room.planar(k);
-    const double x = room.points().x[k];
-    const double y = room.points().y[k];
-    const double z = room.points().z[k];
-    const double sine = std::fabs(z) / std::sqrt((x * x + y * y) + z * z);
-    surface->sigma[n] = static_cast<float>(floor.measuredSigma(sine));
   }
+  std::fill_n(surface->provenance.begin(), size, Provenance::kMeasured);
+  tellMeasuredSigma(floor, surface->sigma.data());
   confidence_.measured(column_.data(), planar_.data(), size, surface->confidence.data());
+}
+
+/// A range's noise lifts a return by the sine of its grazing angle.
+SMOKE_GROUND_MULTIVERSION
+void FloorCompletion::tellMeasuredSigma(const FloorModel& floor, float* sigma) const {
+  const double common = floor.commonVariance();
+  for (std::size_t n = 0; n < measured_.size(); ++n) {
+    const double x = measured_.x[n];
+    const double y = measured_.y[n];
+    const double z = measured_.z[n];
+    const double sine = std::fabs(z) / std::sqrt((x * x + y * y) + z * z);
+    const double lift = floor.noise * sine;
+    sigma[n] = static_cast<float>(std::sqrt(lift * lift + common));
+  }
 }
 
 /// After the measured ones.

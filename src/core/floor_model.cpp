@@ -116,10 +116,8 @@ void Points::push(float px, float py, float pz) {
   z.push_back(pz);
 }
 
-double FloorModel::measuredSigma(double sine) const {
-  const double lift = noise * sine;
-  const double common = std::max(0.0, uneven * uneven - kUneven * kUneven);
-  return std::sqrt(lift * lift + common);
+double FloorModel::commonVariance() const {
+  return std::max(0.0, uneven * uneven - kUneven * kUneven);
 }
 
 FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const FloorModel* before,

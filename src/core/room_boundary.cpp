@@ -110,11 +110,13 @@ Room& RoomBoundary::look(const FloorModel& floor) {
 
 void RoomBoundary::label(const Room& room, const FloorClaim& claim,
                          std::vector<Label>* labels) const {
+  Label* const label = labels->data();
+  const std::uint32_t* const point = valid_.data();
   for (std::size_t k = 0; k < valid_.size(); ++k) {
-    (*labels)[valid_[k]] = room.isSoft(k) ? Label::kNoise : Label::kKept;
+    label[point[k]] = room.isSoft(k) ? Label::kNoise : Label::kKept;
   }
-  for (const std::uint32_t k : room.onWalls()) (*labels)[valid_[k]] = Label::kWall;
-  for (const std::uint32_t k : claim.measured) (*labels)[valid_[k]] = Label::kGround;
+  for (const std::uint32_t k : room.onWalls()) label[point[k]] = Label::kWall;
+  for (const std::uint32_t k : claim.measured) label[point[k]] = Label::kGround;
 }
 
 }  // namespace smoke_ground_reconstruction
