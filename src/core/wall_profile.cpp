@@ -16,7 +16,10 @@ constexpr double kTorn = 0.1;             // in this share of its columns
 constexpr double kWidestGap = 0.25;       // that is bridged along one wall, of the circle
 constexpr double kMeeting = 0.05;         // [m]
 constexpr double kChainStep = 0.04;       // from post to post of a chain [m]
-constexpr double kChainSlope = 0.012;    // ... and per metre of range: a wall at 60 deg to the beam
+constexpr double kChainSlope = 0.012;  // ... and per metre of range: a wall at 60 deg to the beam
+constexpr double kOnLine = 0.015;      // a post so little behind a line is part of its wall [m]
+constexpr double kCrossing = 0.06;     // lines so near to each other in a column cross there [m]
+constexpr std::size_t kCurveColumns = 3;  // to either side, posts behind a line in which: a curve
 constexpr double kLong = 0.8;            // a wall so long is bridged though its top is not seen [m]
 constexpr double kFarthestCorner = 1.6;  // times the farther place where its walls were seen last
 
@@ -112,18 +115,39 @@ void ProfileFinder::addFullPosts(const Posts& posts, const UpwardView& view, Pro
   }
 }
 
-/// The farthest vertical structure of each column; 0 where there is none.
+/// The farthest vertical structure of each column; 0 where there is none. A line knows better than
+/// the few returns of one column how far its wall is, unless the wall curves away behind it, in the
+/// columns beside, too. Of lines that cross there the nearest bounds the floor: in a corner it is
+/// the wall, elsewhere one of them only touches it.
 void ProfileFinder::findOutermost(const Posts& posts, const WallSupport& support) {
-  outermost_.assign(support.columns(), 0.0);
+  const std::size_t columns = support.columns();
+  outermost_.assign(columns, 0.0);
   for (std::size_t i = 0; i < posts.size(); ++i) {
     double& farthest = outermost_[posts.column[i]];
     if (posts.count[i] >= kStrongPost) farthest = std::max(farthest, posts.distance[i]);
   }
+  nearest_.assign(columns, 0.0);
   for (std::size_t line = 0; line < support.lines(); ++line) {
-    for (std::size_t c = 0; c < support.columns(); ++c) {
-      if (support.seen(line)[c] == 0) continue;
-      outermost_[c] = std::max(outermost_[c], support.reach(line)[c]);
+    for (std::size_t c = 0; c < columns; ++c) {
+      if (support.seen(line)[c] != 0) nearest_[c] = std::max(nearest_[c], support.reach(line)[c]);
     }
+  }
+  candidate_ = nearest_;
+  for (std::size_t line = 0; line < support.lines(); ++line) {
+    for (std::size_t c = 0; c < columns; ++c) {
+      const double reach = support.reach(line)[c];
+      const bool crosses = support.seen(line)[c] != 0 && reach > nearest_[c] - kCrossing;
+      if (crosses) candidate_[c] = std::min(candidate_[c], reach);
+    }
+  }
+  is_on_.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) is_on_[c] = outermost_[c] <= candidate_[c] ? 1 : 0;
+  for (std::size_t c = 0; c < columns; ++c) {
+    bool curves = true;
+    for (std::size_t k = 0; k <= 2 * kCurveColumns; ++k) {
+      curves = curves && is_on_[(c + columns + k - kCurveColumns) % columns] == 0;
+    }
+    if (!curves && outermost_[c] <= candidate_[c] + kOnLine) outermost_[c] = candidate_[c];
   }
 }
 

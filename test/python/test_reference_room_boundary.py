@@ -12,11 +12,13 @@ from smoke_ground_reconstruction.reference.drop_offs import find_drop_offs
 from smoke_ground_reconstruction.reference.floor_model import FloorSource, fit_floor
 from smoke_ground_reconstruction.reference.floor_relief import find_relief
 from smoke_ground_reconstruction.reference.label import Label
-from smoke_ground_reconstruction.reference.posts import ceiling_height
+from smoke_ground_reconstruction.reference.posts import Posts, ceiling_height
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel
 from smoke_ground_reconstruction.reference.wall_feet import WallFeet
+from smoke_ground_reconstruction.reference.wall_lines import Support, View
+from smoke_ground_reconstruction.reference.wall_profile import column_profile
 
 COLUMNS = 900
 SEEN, INFERRED, LIMIT = 0, 1, 2
@@ -216,6 +218,38 @@ def test_profile_does_not_end_at_furniture():
     assert np.count_nonzero(front & (range_ > 2.5)) > 500
     found = reconstruct(view._replace(xyz=xyz))
     np.testing.assert_allclose(found.profile.distance, true_distance(), atol=0.02)
+
+
+def profile_of(distance, *reaches):
+    """The profile of columns 100 to 139 with posts at `distance` (40,) on lines with reaches (40,),
+    of none of which the top is in view."""
+    columns = np.arange(100, 140)
+    reach, seen = np.full((len(reaches), COLUMNS), np.inf), np.zeros((len(reaches), COLUMNS), bool)
+    reach[:, columns], seen[:, columns] = np.reshape(reaches, (-1, 40)), True
+    nothing = np.zeros(40)
+    posts = Posts(columns, np.full(40, 8), distance, nothing, nothing + 1.2, nothing, nothing)
+    view, unknown = View(np.inf, 0.7, 0.1, 1.5), np.zeros(COLUMNS)
+    support = Support(seen, np.zeros_like(seen), reach)
+    found = column_profile(posts, support, view, unknown, unknown, DIRECTIONS, 1.6)
+    return found.distance[columns]
+
+
+def test_a_line_tells_better_than_one_column_how_far_a_wall_is():
+    wall = np.full(40, 3.0)
+    noisy = wall + np.where(np.arange(40) % 4 == 0, 0.012, -0.004)
+    assert profile_of(noisy, wall) == pytest.approx(wall)
+
+
+def test_a_line_that_crosses_a_wall_does_not_move_it():
+    wall, across = np.full(40, 3.0), np.linspace(2.97, 3.03, 40)
+    found = profile_of(wall, wall, across)
+    assert found.max() <= 3.0 and found.min() > 2.993
+
+
+def test_posts_side_by_side_behind_a_line_show_a_curved_wall():
+    line = np.full(40, 3.0)
+    curved = line + 0.012 * np.sin(np.linspace(0.0, np.pi, 40))
+    assert profile_of(curved, line)[4:-4] == pytest.approx(curved[4:-4])
 
 
 def test_a_gap_in_a_wall_is_bridged_along_it():

@@ -21,6 +21,9 @@ _WIDEST_GAP = 0.25  # that is bridged along one wall, of the circle
 _MEETING = 0.05  # [m]
 _CHAIN_STEP = 0.04  # from post to post of a chain [m]
 _CHAIN_SLOPE = 0.012  # ... and per metre of range: a wall at 60 deg to the beam
+_ON_LINE = 0.015  # a post so little behind a line is part of its wall [m]
+_CROSSING = 0.06  # lines so near to each other in a column cross there [m]
+_CURVE_COLUMNS = 3  # to either side, in which posts behind a line show that the wall curves
 _LONG = 0.8  # a wall so long is bridged though its top is not seen [m]
 _FARTHEST_CORNER = 1.6  # times the farther of the two places where its walls were seen last
 
@@ -143,14 +146,25 @@ def _like_neighbors(distance):
 
 
 def _outermost(posts, support, columns):
-    """The farthest vertical structure of each column; 0 where there is none."""
+    """The farthest vertical structure of each column; 0 where there is none.
+
+    A line knows better than the few returns of one column how far its wall is, unless the wall
+    curves away behind it, in the columns beside, too. Of lines that cross there the nearest bounds
+    the floor: in a corner it is the wall, elsewhere one of them only touches it.
+    """
     farthest = np.zeros(columns)
     strong = posts.count >= _STRONG_POST
     np.maximum.at(farthest, posts.column[strong], posts.distance[strong])
-    if len(support.reach) > 0:
-        seen = np.where(support.seen, support.reach, 0.0)
-        farthest = np.maximum(farthest, seen.max(axis=0))
-    return farthest
+    if len(support.reach) == 0:
+        return farthest
+    farthest_line = np.where(support.seen, support.reach, 0.0).max(axis=0)
+    crosses = support.seen & (support.reach > farthest_line - _CROSSING)
+    wall = np.where(crosses, support.reach, np.inf).min(axis=0)
+    wall[~crosses.any(axis=0)] = 0.0
+    behind = farthest > wall
+    shifts = range(-_CURVE_COLUMNS, _CURVE_COLUMNS + 1)
+    curves = np.all([np.roll(behind, k) for k in shifts], axis=0)
+    return np.where(curves | (farthest > wall + _ON_LINE), farthest, wall)
 
 
 def _follow(outermost, distance, kind):
