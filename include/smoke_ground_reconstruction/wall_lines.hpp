@@ -123,6 +123,8 @@ class WallSupport {
   const std::uint8_t* full(std::size_t line) const { return full_.data() + line * columns_; }
   /// Planar range of the wall at the column's middle [m].
   const double* reach(std::size_t line) const { return reach_.data() + line * columns_; }
+  /// Between the normals of two walls.
+  double cosine(std::size_t a, std::size_t b) const { return nx_[a] * nx_[b] + ny_[a] * ny_[b]; }
 
  private:
   void countReturns(const WallReturns& returns, const Lines& lines, std::size_t line,
@@ -132,7 +134,7 @@ class WallSupport {
 
   std::size_t lines_ = 0, columns_ = 0;
   std::vector<std::uint8_t> seen_, full_;
-  std::vector<double> reach_;
+  std::vector<double> reach_, nx_, ny_;
   std::vector<std::uint32_t> own_, around_;  // of one line, by column
   std::vector<float> low_, high_, highest_;  // the last over neighbours
   ColumnRuns runs_;

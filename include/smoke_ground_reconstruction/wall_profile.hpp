@@ -41,6 +41,7 @@ class ProfileFinder {
     std::size_t first, after;  // known columns
     const double* a;           // reach of the first one's wall
     const double* b;           // and of the other's
+    double ratio;              // to its seen length, by which each may be drawn on to a corner
   };
 
   void takeNearestWalls(const WallSupport& support, Profile* profile) const;

@@ -263,6 +263,8 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
   seen_.assign(lines_ * columns_, 0);
   full_.assign(lines_ * columns_, 0);
   reach_.resize(lines_ * columns_);
+  nx_ = lines.nx;
+  ny_ = lines.ny;
   for (std::size_t line = 0; line < lines_; ++line) {
     for (std::size_t c = 0; c < columns_; ++c) {
       reach_[line * columns_ + c] = lines.reach(line, directions.middle[c]);

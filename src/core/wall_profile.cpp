@@ -21,6 +21,8 @@ constexpr double kOnLine = 0.015;      // a post so little behind a line is part
 constexpr double kCrossing = 0.06;     // lines so near to each other in a column cross there [m]
 constexpr std::size_t kCurveColumns = 3;  // to either side, posts behind a line in which: a curve
 constexpr double kLong = 0.8;            // a wall so long is bridged though its top is not seen [m]
+constexpr double kSquare = 0.17;         // cosine between normals of walls at right angles, at most
+constexpr double kAskew = 0.5;           // others are drawn on by so much of what those are
 constexpr double kFarthestCorner = 1.6;  // times the farther place where its walls were seen last
 
 /// How many of the three columns to either side go on at about a column's distance.
@@ -291,7 +293,8 @@ bool ProfileFinder::findChain(const Profile& profile, std::size_t first, std::si
 ///
 /// Along one wall nothing but a wall on both sides is asked for: the floor ends at the line of a
 /// wall whether a door in it is open or not. A corner must lie in the gap, no farther along either
-/// wall than it was seen to be long, and no floor, ceiling or wall may be seen beyond it.
+/// wall than it was seen to be long, and no floor, ceiling or wall may be seen beyond it. Walls
+/// that do not meet at right angles may as well be chords of a round one, and are drawn on by less.
 void ProfileFinder::bridge(const WallSupport& support, const ColumnDirections& directions,
                            Profile* profile) {
   known_.clear();
@@ -303,8 +306,11 @@ void ProfileFinder::bridge(const WallSupport& support, const ColumnDirections& d
     const std::size_t after = known_[(k + 1) % known_.size()];
     const std::int32_t first_line = profile->line[first];
     const std::int32_t after_line = profile->line[after];
-    const Bridge bridge{first, after, support.reach(static_cast<std::size_t>(first_line)),
-                        support.reach(static_cast<std::size_t>(after_line))};
+    const auto a = static_cast<std::size_t>(first_line);
+    const auto b = static_cast<std::size_t>(after_line);
+    const bool is_square = std::fabs(support.cosine(a, b)) < kSquare;
+    const double ratio = is_square ? max_bridge_ratio_ : kAskew * max_bridge_ratio_;
+    const Bridge bridge{first, after, support.reach(a), support.reach(b), ratio};
     collectGap(bridge, *profile);
     if (!isBridged(bridge, directions, *profile)) continue;
     for (const std::size_t c : gap_) {
@@ -360,7 +366,7 @@ bool ProfileFinder::isCorner(const Bridge& bridge, const ColumnDirections& direc
   const auto first_of_after = std::find_if_not(gap_.begin(), gap_.end(), is_on_first);
   const auto extends = [&](const double* reach, std::size_t at, std::size_t step, std::size_t far) {
     const double seen = chord(reach, at, endOf(profile.line, at, step), directions);
-    return chord(reach, at, far, directions) <= max_bridge_ratio_ * seen;
+    return chord(reach, at, far, directions) <= bridge.ratio * seen;
   };
   const std::size_t backward = profile.columns() - 1;
   return (last_of_first == gap_.rend() || extends(a, bridge.first, backward, *last_of_first)) &&

@@ -267,17 +267,40 @@ def test_a_gap_at_a_corner_is_bridged_round_it():
     np.testing.assert_allclose(found.profile.distance[gap], true_distance()[gap], atol=0.02)
 
 
-def test_a_round_wall_is_followed_where_its_top_is_hidden():
+def scan_within(wall, noise=0.01):
+    """A room 2.6 m high, seen from 0.7 m, whose wall stands so far away in each column."""
     elevation, azimuth = np.meshgrid(np.radians(ELEVATIONS_DEG), MIDDLES, indexing="ij")
     slope = np.tan(elevation)
     with np.errstate(divide="ignore"):
-        planar = np.minimum(3.0, np.where(slope > 0, 1.9, -0.7) / slope)  # wall, ceiling or floor
-    planar += 0.01 * np.random.default_rng(0).standard_normal(planar.shape)
+        planar = np.minimum(wall, np.where(slope > 0, 1.9, -0.7) / slope)  # wall, ceiling or floor
+    planar += noise * np.random.default_rng(0).standard_normal(planar.shape)
     xyz = np.stack([planar * np.cos(azimuth), planar * np.sin(azimuth), planar * slope], axis=-1)
-    hidden = (np.degrees(azimuth) > 100.0) & (np.degrees(azimuth) < 140.0) & (xyz[..., 2] > 0.3)
     ring = np.broadcast_to(np.arange(len(slope))[:, None], slope.shape)
-    view = rooms.view_of(xyz[~hidden], 60.0, ring[~hidden])
+    return rooms.view_of(xyz.reshape(-1, 3), 60.0, ring.ravel())
+
+
+def test_a_round_wall_is_followed_where_its_top_is_hidden():
+    view = scan_within(3.0)
+    azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0]))
+    view = view.select((azimuth < 100.0) | (azimuth > 140.0) | (view.xyz[:, 2] < 0.3))
     np.testing.assert_allclose(reconstruct(view).profile.distance, 3.0, atol=0.06)
+
+
+def test_chords_of_a_round_wall_meet_in_no_corner():
+    # Of 40 deg nothing is seen but the floor near by. The chords beside them would meet
+    # 0.37 m outside.
+    view = without_walls(scan_within(3.0), 70.0, 110.0)
+    view = view.select((view.xyz[:, 1] < 1.6) | (view.xyz[:, 2] > -0.69))
+    assert reconstruct(view).profile.distance.max() < 3.1
+
+
+def test_a_blunt_corner_is_drawn_where_its_walls_are_long():
+    # Six walls, 3 m away and 3.46 m long.
+    wall = 3.0 / np.cos((MIDDLES + np.pi / 6.0) % (np.pi / 3.0) - np.pi / 6.0)
+    found = reconstruct(without_walls(scan_within(wall), 84.0, 96.0)).profile
+    gap = slice(int(85 / COLUMN_DEG), int(95 / COLUMN_DEG))
+    assert np.all(found.kind[gap] == INFERRED)
+    np.testing.assert_allclose(found.distance[gap], wall[gap], atol=0.02)
 
 
 def test_half_a_room_without_walls_stays_unknown():

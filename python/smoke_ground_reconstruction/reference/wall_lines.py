@@ -130,11 +130,19 @@ class Support:
         ... and up to the ceiling, or as high as the sensor sees.
     reach : float64
         Planar range of the wall at the column's middle [m].
+    normals : (L, 2) float64
+        Of the walls.
     """
 
     seen: np.ndarray
     full: np.ndarray
     reach: np.ndarray
+    normals: np.ndarray
+
+    def cosine(self, a, b):
+        """Between the normals of two walls."""
+        (ax, ay), (bx, by) = self.normals[a], self.normals[b]
+        return ax * bx + ay * by
 
 
 @dataclass(frozen=True)
@@ -196,7 +204,7 @@ def line_support(returns, lines, directions, view):
         seen[line] = (own > 0) & (near >= _SUPPORT_POINTS) & (near >= POST_SHARE * total)
         seen[line] &= (high - low >= POST_EXTENT) & np.isfinite(reach[line])
         full[line] = _full_columns(seen[line], high, reach[line], view)
-    return Support(seen, full, reach)
+    return Support(seen, full, reach, np.column_stack([lines.nx, lines.ny]))
 
 
 def _full_columns(seen, high, reach, view):

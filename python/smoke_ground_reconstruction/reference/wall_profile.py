@@ -25,6 +25,8 @@ _ON_LINE = 0.015  # a post so little behind a line is part of its wall [m]
 _CROSSING = 0.06  # lines so near to each other in a column cross there [m]
 _CURVE_COLUMNS = 3  # to either side, in which posts behind a line show that the wall curves
 _LONG = 0.8  # a wall so long is bridged though its top is not seen [m]
+_SQUARE = 0.17  # cosine between the normals of walls that meet at right angles, at most
+_ASKEW = 0.5  # any others are drawn on by so much of what those are
 _FARTHEST_CORNER = 1.6  # times the farther of the two places where its walls were seen last
 
 
@@ -198,7 +200,8 @@ def _bridge(support, distance, kind, line, beyond, directions, max_ratio):
 
     Along one wall nothing but a wall on both sides is asked for: the floor ends at the line of a
     wall whether a door in it is open or not. A corner must lie in the gap, no farther along either
-    wall than it was seen to be long, and no floor, ceiling or wall may be seen beyond it.
+    wall than it was seen to be long, and no floor, ceiling or wall may be seen beyond it. Walls
+    that do not meet at right angles may as well be chords of a round one, and are drawn on by less.
     """
     columns = len(distance)
     known = np.flatnonzero(line >= 0)
@@ -216,8 +219,10 @@ def _bridge(support, distance, kind, line, beyond, directions, max_ratio):
         torn = _is_torn(beyond[gap], bridge)
         if line[first] != line[after]:
             on_first = a[gap] <= b[gap]
-            fits = _extends(a, line, first, -1, gap[on_first], directions, max_ratio)
-            fits &= _extends(b, line, after, 1, gap[~on_first], directions, max_ratio)
+            is_square = abs(support.cosine(line[first], line[after])) < _SQUARE
+            ratio = max_ratio if is_square else _ASKEW * max_ratio
+            fits = _extends(a, line, first, -1, gap[on_first], directions, ratio)
+            fits &= _extends(b, line, after, 1, gap[~on_first], directions, ratio)
             if torn or not (is_corner and fits):
                 continue
         distance[gap], kind[gap] = bridge, _INFERRED
