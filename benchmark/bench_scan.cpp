@@ -1,4 +1,5 @@
 #include "scene.hpp"
+#include "smoke_ground_reconstruction/scan_raster.hpp"
 
 namespace smoke_ground_reconstruction {
 namespace {
@@ -47,6 +48,19 @@ void columns(benchmark::State& state) {
   }
 }
 BENCHMARK(columns)->Apply(ringCounts);
+
+/// The same without sorting, as the segmentation takes it.
+void raster(benchmark::State& state) {
+  const Scene& scene = sceneOf(static_cast<int>(state.range(0)));
+  const Scan scan(scene.packedView());
+  const AzimuthBins bins(0.4);
+  const std::vector<Label> labels(scan.size(), Label::kKept);
+  for (auto _ : state) {
+    const ScanRaster laid_out(scan, labels, bins, scene.sensor);
+    benchmark::DoNotOptimize(laid_out.place.data());
+  }
+}
+BENCHMARK(raster)->Apply(ringCounts);
 
 }  // namespace
 }  // namespace smoke_ground_reconstruction

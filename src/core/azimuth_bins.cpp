@@ -33,6 +33,13 @@ void guessBins(const float* x, const float* y, std::size_t size, float bins, std
   }
 }
 
+SMOKE_GROUND_MULTIVERSION
+bool areAllClear(const std::uint32_t* bin, std::size_t size) {
+  std::uint32_t all = 0;
+  for (std::size_t i = 0; i < size; ++i) all |= bin[i];
+  return static_cast<std::int32_t>(all) >= 0;  // kDoubtful alone has the sign
+}
+
 }  // namespace
 
 bool dividesCircle(double width_deg) {
@@ -82,6 +89,7 @@ std::size_t AzimuthBins::index(float x, float y) const {
 void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
                           std::uint32_t* index) const {
   guessBins(x, y, size, static_cast<float>(count()), index);
+  if (areAllClear(index, size)) return;
   for (std::size_t i = 0; i < size; ++i) {
     if (index[i] == static_cast<std::uint32_t>(kDoubtful)) {
       index[i] = static_cast<std::uint32_t>(this->index(x[i], y[i]));

@@ -8,3 +8,10 @@
 #else
 #define SMOKE_GROUND_MULTIVERSION
 #endif
+
+/// Before a part of such a function: goes into each of its versions.
+#if defined(__GNUC__)
+#define SMOKE_GROUND_PART inline __attribute__((always_inline))
+#else
+#define SMOKE_GROUND_PART inline
+#endif

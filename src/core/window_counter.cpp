@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "azimuth.hpp"
+#include "lanes.hpp"
 #include "multiversion.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
 
@@ -28,7 +29,6 @@ constexpr double kLeastScreened = 1e-20;      // squared radius [m^2]
 constexpr double kGreatestScreened = 1e30;    // squared radius [m^2]
 constexpr float kLeastSquaredRange = 1e-24F;  // nearer points have no direction [m^2]
 
-constexpr std::uint32_t kLanes = 8;              // candidates looked at together
 constexpr std::uint32_t kPadding = 8;            // places before the first and after the last point
 constexpr std::size_t kAlongRow = 8;             // places looked at to either side of a point
 constexpr std::uint32_t kGroupsBetweenSums = 6;  // of kLanes
@@ -125,10 +125,6 @@ Screen roughScreenOf(float x, float y, float z, double squared_radius_per_range)
   return {x, y, z, static_cast<float>(square * (1.0 - 4.0 * kScreenMargin)),
           static_cast<float>(square * (1.0 + 4.0 * kScreenMargin))};
 }
-
-// Vectors of the compiler: AVX's, or two of SSE's or NEON's.
-using Floats = float __attribute__((vector_size(4 * kLanes)));
-using Ints = std::int32_t __attribute__((vector_size(4 * kLanes)));
 
 /// Looks at candidates until `enough` are surely inside. Reads whole groups of kLanes: others may
 /// follow a run.

@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from parity import compiled_group, compiled_mounting
-from rooms import read_scan, seeded_cloud, tilt, view_of
+from rooms import box_room, joined, read_scan, seeded_cloud, tilt, view_of
 from smoke_ground_reconstruction.params import Params, SegmenterParams
 from smoke_ground_reconstruction.reference.channel_segmentation import ChannelSegmentation
 from smoke_ground_reconstruction.reference.label import Label
@@ -70,6 +70,23 @@ def test_every_parameter(core, name, seed):
     sensor.observe(view)
     before = default.classify(Scan(view), some_noise(view, seed), sensor)
     assert name == "default" or not np.array_equal(labels, before)
+
+
+@pytest.mark.parametrize("name", ["default", "second point", "wide columns", "windows overlap"])
+@pytest.mark.parametrize("seed", [0, 3, 7])
+def test_few_points_share_ring_and_column(core, name, seed):
+    """One place in forty holds two points or three, in the lowest and the highest ring as well."""
+    rng = np.random.default_rng(seed)
+    view, _ = box_room(range_noise=0.01, seed=seed)
+    columns = round(360.0 / VARIANTS[name].column_width_deg)
+    azimuth = np.arctan2(view.xyz[:, 1], view.xyz[:, 0]) % (2.0 * np.pi)
+    places = view.ring * columns + (azimuth / (2.0 * np.pi) * columns).astype(int)
+    view = view.select(np.sort(np.unique(places, return_index=True)[1]))
+    again = view.select(rng.choice(len(view.xyz), len(view.xyz) // 40))
+    again = again._replace(xyz=again.xyz * rng.uniform(0.9, 1.1, (len(again.xyz), 1)).astype("f4"))
+    view = joined(view, again)
+    view = view.select(rng.permutation(len(view.xyz)))
+    assert_parity(core, VARIANTS[name], view, some_noise(view, seed))
 
 
 @pytest.mark.parametrize("angles_deg", [(3.0, -2.0), (0.0, 12.0)])

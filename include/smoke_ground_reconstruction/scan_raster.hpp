@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "smoke_ground_reconstruction/azimuth_bins.hpp"
+#include "smoke_ground_reconstruction/label.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
+#include "smoke_ground_reconstruction/scan.hpp"
+#include "smoke_ground_reconstruction/sensor_model.hpp"
+
+namespace smoke_ground_reconstruction {
+
+/// The kept points of a scan in a raster: a row per ring, the lowest beam first, a column per
+/// azimuth bin. Of each place the point of the lowest index is in it; where a sensor fires once per
+/// ring and bin that is all of them, and nothing needs sorting. The raster lies in memory stripe by
+/// stripe of kWidth columns, row by row in each: drivers send columns or rows, and with either what
+/// follows each other lies close.
+struct ScanRaster {
+  /// A point whose place is taken.
+  struct Extra {
+    std::uint32_t place;
+    std::uint32_t point;
+  };
+
+  static constexpr std::size_t kWidth = 16;  ///< of a stripe; the last one may have empty columns
+
+  std::size_t stripes;
+  std::size_t rows;
+  Recycled<float> x, y, z;        ///< by place; x is NaN where no point lies
+  Recycled<std::uint32_t> place;  ///< per point of the scan; nowhere(): in none, or an extra
+  Recycled<Extra> extras;         ///< by place, then by point
+  /// Nothing above is of use: there are too many extras, or places.
+  bool is_crowded = false;
+
+  /// \param labels  one per point; those other than kKept, and points whose ring has no rank, take
+  ///                no part.
+  ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
+             const SensorModel& sensor);
+
+  std::uint32_t nowhere() const { return static_cast<std::uint32_t>(stripes * rows * kWidth); }
+  bool isTaken(std::size_t at) const { return x[at] == x[at]; }
+  /// The next place that is taken in the same column; nowhere(): none is.
+  std::size_t above(std::size_t at) const;
+  std::size_t below(std::size_t at) const;
+
+ private:
+  void fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
+            const SensorModel& sensor);
+  void findPlaces(const Scan& scan, const std::vector<Label>& labels,
+                  const std::vector<std::uint32_t>& row_begin, std::size_t begin, std::size_t size);
+  void put(const Scan& scan, std::size_t begin, std::size_t size);
+};
+
+}  // namespace smoke_ground_reconstruction

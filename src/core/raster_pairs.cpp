@@ -1,0 +1,179 @@
+#include "raster_pairs.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "multiversion.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr std::size_t kWidth = ScanRaster::kWidth;
+
+SMOKE_GROUND_PART RoughPoints merged(const Ints& is_new, const RoughPoints& now,
+                                     const RoughPoints& last) {
+  return {is_new ? now.x : last.x, is_new ? now.y : last.y, is_new ? now.z : last.z,
+          is_new ? now.squared_planar : last.squared_planar, is_new ? now.range : last.range};
+}
+
+/// What the points of eight columns say, each with the one before it in its column. Returns what
+/// all say together: kInDoubt has a sign.
+/// \param first  their place in the first row; the others are a stripe's width apart.
+/// \param is_downwards  the one before is the upper of the two.
+SMOKE_GROUND_PART Ints judgeColumns(const ScanRaster& raster, std::size_t first, bool is_downwards,
+                                    const Screens& screens, std::int8_t* says) {
+  const Floats nobody = Floats{} + NAN;
+  RoughPoints last = roughPoints(nobody, nobody, nobody);
+  Ints all = {};
+  for (std::size_t k = 0; k < raster.rows; ++k) {
+    const std::size_t at = first + (is_downwards ? raster.rows - 1 - k : k) * kWidth;
+    const RoughPoints now =
+        roughPoints(loadLanes(&raster.x[at]), loadLanes(&raster.y[at]), loadLanes(&raster.z[at]));
+    const Ints is_taken = now.x == now.x;
+    const Ints is_pair = is_taken & (last.x == last.x);
+    const Ints verdict =
+        screens.judge(is_downwards ? roughPairs(now, last) : roughPairs(last, now)) & is_pair;
+    all |= verdict;
+    const Bytes said = __builtin_convertvector(verdict, Bytes);
+    std::memcpy(says + at, &said, sizeof(said));
+    last = merged(is_taken, now, last);
+  }
+  return all;
+}
+
+/// The same of a stripe. Returns whether some are in doubt.
+SMOKE_GROUND_MULTIVERSION
+bool judgeStripe(const ScanRaster& raster, std::size_t stripe, bool is_downwards, const Screens& by,
+                 std::int8_t* says) {
+  const Screens screens = by;
+  Ints all = {};
+  for (std::size_t column = 0; column < kWidth; column += kLanes) {
+    const std::size_t first = stripe * raster.rows * kWidth + column;
+    all |= is_downwards ? judgeColumns(raster, first, true, screens, says)
+                        : judgeColumns(raster, first, false, screens, says);
+  }
+  bool is_doubt = false;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) is_doubt |= all[lane] < 0;
+  return is_doubt;
+}
+
+/// What the pairs of a raster say of their labelled points.
+class RasterPairs {
+ public:
+  RasterPairs(const Scan& scan, const ScanRaster& raster, const PairTests& tests,
+              LabelPoint label_point)
+      : scan_(scan),
+        raster_(raster),
+        tests_(tests),
+        label_first_(label_point == LabelPoint::kFirst),
+        says_(raster.nowhere() + 1U),
+        extra_says_(raster.extras.size()) {
+    says_.back() = kSaysNothing;
+    std::fill(extra_says_.begin(), extra_says_.end(), kSaysNothing);
+    judgeRows();
+    judgeExtras();
+  }
+
+  void label(std::vector<Label>* labels) const {
+    // Labels as numbers: a wall overrules ground, and both overrule what was only kept.
+    const std::uint32_t* const place = raster_.place.data();
+    const std::int8_t* const says = says_.data();
+    Label* const label = labels->data();
+    for (std::size_t i = 0, size = labels->size(); i < size; ++i) {
+      label[i] = std::max(label[i], static_cast<Label>(says[place[i]]));
+    }
+    for (std::size_t k = 0; k < raster_.extras.size(); ++k) {
+      Label& extra = label[raster_.extras[k].point];
+      extra = std::max(extra, static_cast<Label>(extra_says_[k]));
+    }
+  }
+
+ private:
+  /// One of the points at a place: the extras after the one in the raster.
+  struct Found {
+    Point point;
+    std::int8_t* says;
+  };
+
+  /// From the highest row down, or up: the labelled points of a pair are those of the later row.
+  void judgeRows() {
+    const Screens screens(tests_);
+    const std::size_t size = raster_.rows * kWidth;
+    for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
+      const std::size_t begin = stripe * size;
+      const bool is_doubt = judgeStripe(raster_, stripe, label_first_, screens, says_.data());
+      for (std::size_t at = begin; is_doubt && at < begin + size; ++at) {
+        if (says_[at] == kInDoubt) judgeExactly(at);
+      }
+    }
+  }
+
+  void judgeExactly(std::size_t at) {
+    const Point here = pointAt(at);
+    const Point there = pointAt(label_first_ ? raster_.above(at) : raster_.below(at));
+    says_[at] = static_cast<std::int8_t>(label_first_ ? tests_.judge(here, there)
+                                                      : tests_.judge(there, here));
+  }
+
+  Point pointAt(std::size_t at) const { return {raster_.x[at], raster_.y[at], raster_.z[at]}; }
+
+  /// Places of several points, with the next ones below and above.
+  void judgeExtras() {
+    for (std::size_t k = 0; k < raster_.extras.size(); ++k) {
+      const std::uint32_t at = raster_.extras[k].place;
+      if (k > 0 && raster_.extras[k - 1].place == at) continue;
+      judgePlaces(raster_.below(at), at);
+      judgePlaces(at, raster_.above(at));
+    }
+  }
+
+  void judgePlaces(std::size_t lower, std::size_t upper) {
+    if (lower == raster_.nowhere() || upper == raster_.nowhere()) return;
+    findAt(lower, &firsts_);
+    findAt(upper, &seconds_);
+    for (const Found& found : label_first_ ? firsts_ : seconds_) *found.says = kSaysNothing;
+    for (const Found& first : firsts_) {
+      const Found& second = nearest(first.point);
+      std::int8_t* const says = label_first_ ? first.says : second.says;
+      *says = std::max(*says, static_cast<std::int8_t>(tests_.judge(first.point, second.point)));
+    }
+  }
+
+  void findAt(std::size_t at, std::vector<Found>* found) {
+    found->assign(1, {pointAt(at), &says_[at]});
+    const auto is_before = [](const ScanRaster::Extra& extra, std::size_t place) {
+      return extra.place < place;
+    };
+    const auto begin = raster_.extras.begin();
+    for (auto e = std::lower_bound(begin, raster_.extras.end(), at, is_before);
+         e != raster_.extras.end() && e->place == at; ++e) {
+      const auto point = scan_.point(e->point);
+      found->push_back({Point(point[0], point[1], point[2]), &extra_says_[e - begin]});
+    }
+  }
+
+  /// The second that is nearest to a point; ties: the first, which has the lower index in the scan.
+  const Found& nearest(const Point& point) const {
+    return *std::min_element(seconds_.begin(), seconds_.end(), [&](const Found& a, const Found& b) {
+      return squaredDistance(a.point, point) < squaredDistance(b.point, point);
+    });
+  }
+
+  const Scan& scan_;
+  const ScanRaster& raster_;
+  const PairTests& tests_;
+  const bool label_first_;
+  Recycled<std::int8_t> says_;        // by place
+  Recycled<std::int8_t> extra_says_;  // by extra
+  Recycled<Found> firsts_, seconds_;  // at two places
+};
+
+}  // namespace
+
+void labelRaster(const Scan& scan, const ScanRaster& raster, const PairTests& tests,
+                 LabelPoint label_point, std::vector<Label>* labels) {
+  RasterPairs(scan, raster, tests, label_point).label(labels);
+}
+
+}  // namespace smoke_ground_reconstruction

@@ -1,0 +1,115 @@
+#include <gtest/gtest.h>
+
+#include "clouds.hpp"
+#include "smoke_ground_reconstruction/scan_raster.hpp"
+
+namespace smoke_ground_reconstruction {
+namespace {
+
+const AzimuthBins kBins(7.5);  // 48 columns: three stripes
+
+/// Three rings, the highest first, a point of each in every column.
+Cloud threeRings() {
+  Cloud cloud;
+  for (int column = 0; column < 48; ++column) {
+    for (int ring = 0; ring < 3; ++ring) {
+      cloud.addPolar(7.5 * column + 3.0, 2.0, 1.0 - ring, ring);
+    }
+  }
+  return cloud;
+}
+
+const SensorModel kThreeBeams = SensorModel::fromElevations({26.0, 0.0, -26.0});
+
+ScanRaster rasterOf(const Cloud& cloud, const std::vector<Label>& labels) {
+  return {Scan(cloud.view()), labels, kBins, kThreeBeams};
+}
+
+ScanRaster rasterOf(const Cloud& cloud) {
+  return rasterOf(cloud, std::vector<Label>(cloud.size(), Label::kKept));
+}
+
+TEST(ScanRaster, HasAPlaceForEachPoint) {
+  const Cloud cloud = threeRings();
+  const ScanRaster raster = rasterOf(cloud);
+  ASSERT_FALSE(raster.is_crowded);
+  EXPECT_EQ(raster.nowhere(), 3U * 48U);
+  EXPECT_TRUE(raster.extras.empty());
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::uint32_t at = raster.place[i];
+    EXPECT_EQ(raster.x[at], cloud.x[i]);
+    EXPECT_EQ(raster.y[at], cloud.y[i]);
+    EXPECT_EQ(raster.z[at], cloud.z[i]);
+  }
+}
+
+TEST(ScanRaster, LooksUpAndDownAColumn) {
+  const ScanRaster raster = rasterOf(threeRings());
+  for (std::size_t first = 0; first < 3U * 48U; first += 3) {
+    const std::uint32_t high = raster.place[first];
+    const std::uint32_t middle = raster.place[first + 1];
+    const std::uint32_t low = raster.place[first + 2];
+    EXPECT_EQ(raster.above(low), middle);
+    EXPECT_EQ(raster.above(middle), high);
+    EXPECT_EQ(raster.above(high), raster.nowhere());
+    EXPECT_EQ(raster.below(high), middle);
+    EXPECT_EQ(raster.below(middle), low);
+    EXPECT_EQ(raster.below(low), raster.nowhere());
+  }
+}
+
+TEST(ScanRaster, LooksPastEmptyPlaces) {
+  std::vector<Label> labels(3U * 48U, Label::kKept);
+  labels[1] = Label::kNoise;
+  const ScanRaster raster = rasterOf(threeRings(), labels);
+  EXPECT_EQ(raster.place[1], raster.nowhere());
+  EXPECT_EQ(raster.above(raster.place[2]), raster.place[0]);
+  EXPECT_EQ(raster.below(raster.place[0]), raster.place[2]);
+}
+
+TEST(ScanRaster, LeavesOutInvalidPointsAndUnknownRings) {
+  Cloud cloud = threeRings();
+  cloud.x[4] = NAN;
+  cloud.ring[7] = 3;
+  const ScanRaster raster = rasterOf(cloud);
+  EXPECT_EQ(raster.place[4], raster.nowhere());
+  EXPECT_EQ(raster.place[7], raster.nowhere());
+}
+
+TEST(ScanRaster, SetsAsideWhatFindsItsPlaceTaken) {
+  Cloud cloud = threeRings();
+  for (const int i : {7, 3, 7}) {
+    cloud.add(1.1 * cloud.x[static_cast<std::size_t>(i)],
+              1.1 * cloud.y[static_cast<std::size_t>(i)], cloud.z[static_cast<std::size_t>(i)],
+              cloud.ring[static_cast<std::size_t>(i)]);
+  }
+  const ScanRaster raster = rasterOf(cloud);
+  ASSERT_FALSE(raster.is_crowded);
+  ASSERT_EQ(raster.extras.size(), 3U);
+  const auto extra = [&](std::size_t k) { return raster.extras[k]; };
+  EXPECT_LT(extra(0).place, extra(2).place);
+  std::vector<std::uint32_t> at_seven;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (extra(k).place == raster.place[7]) at_seven.push_back(extra(k).point);
+    EXPECT_EQ(raster.place[extra(k).point], raster.nowhere());
+  }
+  EXPECT_EQ(at_seven, (std::vector<std::uint32_t>{144, 146}));
+  EXPECT_EQ(raster.x[raster.place[7]], cloud.x[7]);
+}
+
+TEST(ScanRaster, GivesUpWhereManyShareAPlace) {
+  Cloud cloud = threeRings();
+  for (std::size_t i = 0; i < 48; ++i) cloud.add(cloud.x[i], cloud.y[i], cloud.z[i], cloud.ring[i]);
+  EXPECT_TRUE(rasterOf(cloud).is_crowded);
+}
+
+TEST(ScanRaster, GivesUpWhereMostPlacesStayEmpty) {
+  Cloud cloud;
+  for (int i = 0; i < 8; ++i) cloud.addPolar(40.0 * i, 2.0, 0.0, 1);
+  EXPECT_TRUE(rasterOf(cloud).is_crowded);
+}
+
+TEST(ScanRaster, OfNothingIsOfNoUse) { EXPECT_TRUE(rasterOf(Cloud()).is_crowded); }
+
+}  // namespace
+}  // namespace smoke_ground_reconstruction
