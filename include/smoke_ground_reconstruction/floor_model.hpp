@@ -79,6 +79,7 @@ class FloorFitter {
   bool refine(const Points& returns, Plane plane, double sensor_height, FloorModel* found);
   void keepNear(const Points& returns, const Plane& plane);
   void countTogether();
+  void fitNearer(const Points& returns, double sensor_height, FloorModel* found);
   void residuals(const Plane& plane);
   Step reweighted(double sensor_height);
   void tellNoise(double* noise, double* uneven);

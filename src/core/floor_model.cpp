@@ -24,6 +24,8 @@ constexpr std::array<double, 3> kScales = {0.05, 0.03, 0.02};
 constexpr int kSteps = 4;          // of reweighting by the noise
 constexpr double kTukey = 3.0;     // residuals beyond so many scales have no weight
 constexpr double kUneven = 0.003;  // no floor is flatter, one sigma [m]
+constexpr double kRough = 0.01;    // a floor more uneven may be two of different heights [m]
+constexpr double kSmoother = 0.5;  // times the whole's unevenness has the one that the robot is on
 constexpr double kNoiseLeast = 0.002, kNoiseMost = 0.03;  // of a range [m]
 constexpr double kMad = 1.4826;                           // a sigma in median absolute deviations
 constexpr double kSines = 1024.0, kLengths = 20000.0;     // steps in which medians are taken
@@ -127,6 +129,7 @@ FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const F
   FloorModel found;
   if (static_cast<double>(low_.size()) >= kFewest &&
       refine(returns, coarse(returns, sensor_height), sensor_height, &found)) {
+    if (found.uneven > kRough) fitNearer(returns, sensor_height, &found);
     return found;
   }
   return before != nullptr ? remembered(*before) : mountingModel(sensor_height);
@@ -270,6 +273,26 @@ bool FloorFitter::refine(const Points& returns, Plane plane, double sensor_heigh
   return plane.a * plane.a + plane.b * plane.b <= steepest * steepest && found->weight >= kFewest &&
          width(found->weight) >= kNarrowest &&
          std::fabs(found->height_error) <= params_.max_height_deviation;
+}
+
+/// Takes the plane of the nearer half of the returns where that is far more even: the floor is the
+/// one that the robot stands on, not the mean of it and of a terrace behind glass.
+void FloorFitter::fitNearer(const Points& returns, double sensor_height, FloorModel* found) {
+  const auto square = [&](std::uint32_t i) {
+    const double x = returns.x[i];
+    const double y = returns.y[i];
+    return x * x + y * y;
+  };
+  vote_x_.clear();
+  for (const std::uint32_t i : low_) vote_x_.push_back(square(i));
+  const auto middle = vote_x_.begin() + static_cast<std::ptrdiff_t>(vote_x_.size() / 2);
+  std::nth_element(vote_x_.begin(), middle, vote_x_.end());
+  const auto is_far = [&](std::uint32_t i) { return square(i) > *middle; };
+  low_.erase(std::remove_if(low_.begin(), low_.end(), is_far), low_.end());
+  FloorModel nearer;
+  const Plane plane = {found->plane[0], found->plane[1], found->plane[2]};
+  if (!refine(returns, plane, sensor_height, &nearer)) return;
+  if (nearer.uneven < kSmoother * found->uneven) *found = nearer;
 }
 
 /// Takes what lies near to a plane, padded to whole lanes by what no weight falls on.

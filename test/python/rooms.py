@@ -61,6 +61,17 @@ def box_room(
     return view_of(ray * distance[:, None], intensity, ring), surface
 
 
+def glass_front(range_noise=0.0, seed=0):
+    """A room of 6.5 x 5 m, seen by 16 rings from 0.7 m: behind 3.6 m of glass in the wall x = 3.2 a
+    terrace goes on 5 cm lower, up to a facade at x = 11.2."""
+    rings = np.arange(-15.0, 16.0, 2.0)
+    inside, surface = box_room((3.2, 2.7, -3.3, -2.3), 1.9, -0.7, rings, 0.4, range_noise, seed)
+    outside, _ = box_room((11.2, 10.7, -3.3, -9.0), 20.0, -0.75, rings, 0.4, range_noise, seed)
+    x, y, _ = inside.xyz.T
+    through = (surface == 1) & (np.abs(x - 3.2) < 0.05) & (np.abs(y) < 1.8)
+    return inside._replace(xyz=np.where(through[:, None], outside.xyz, inside.xyz))
+
+
 def smoke_ball(count, seed, radius=0.8):
     """Low-intensity returns thronging around the sensor."""
     rng = np.random.default_rng(seed)

@@ -103,6 +103,13 @@ def test_a_room_whose_floor_sends_nothing_back(core):
         assert_parity(core, view.select(view.xyz[:, 2] > -0.66))
 
 
+def test_a_terrace_behind_glass(core):
+    for seed in range(3):
+        view = rooms.glass_front(0.005, seed)
+        assert_same_floor(core.fit_floor(view.xyz, 0.7), fit_floor(view.xyz.astype(float), 0.7))
+        assert_parity(core, view)
+
+
 def test_rooms_half_hidden(core):
     found = [assert_parity(core, drilled(box(seed=seed), seed)) for seed in range(4)]
     assert len(set(np.concatenate([result.profile.kind for result in found]))) > 1

@@ -115,6 +115,11 @@ def test_feet_of_one_far_wall_do_not_tilt_the_plane():
     assert abs(found.plane[0] * 4.0 + found.plane[2] + 0.7) < 0.0015
 
 
+def test_a_terrace_behind_glass_does_not_tilt_the_plane():
+    found = fit_floor(rooms.glass_front(0.005).xyz.astype(np.float64), 0.70)
+    assert found.plane == pytest.approx([0.0, 0.0, -0.7], abs=0.001)
+
+
 def test_crowded_returns_tell_the_height_of_their_cell_but_once():
     """Carpet: each cell of 0.1 m has a height of its own, and all its returns share it."""
     errors = []
@@ -627,6 +632,12 @@ def test_a_facade_behind_a_window_whose_top_is_out_of_view_bounds_no_floor():
     assert behind_a_window(0.0, 0.0) < 3.4
     # Floor measured on the far side shows a doorway into another room.
     assert behind_a_window(3.4, 9.0) == pytest.approx(9.0, abs=0.05)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_floor_is_claimed_behind_glass(seed):
+    surface = reconstruct(rooms.glass_front(0.005, seed)).surface
+    assert 3.15 < surface.xyz[:, 0].max() < 3.21
 
 
 def test_a_level_that_each_column_shows_at_one_range_is_no_ceiling():

@@ -27,6 +27,8 @@ _STEPS = 4  # of reweighting by the noise
 _TAKEN = 0.25  # residuals from the winner of the votes that the fit looks at [m]
 _TUKEY = 3.0  # residuals beyond so many scales have no weight
 _UNEVEN = 0.003  # no floor is flatter, one sigma [m]
+_ROUGH = 0.01  # a floor more uneven may be two of different heights [m]
+_SMOOTHER = 0.5  # times the whole's unevenness has the one that the robot stands on
 _NOISE_LEAST, _NOISE_MOST = 0.002, 0.03  # of a range [m]
 _MAD = 1.4826  # a sigma in median absolute deviations
 _SINES, _LENGTHS = 1024.0, 20000.0  # steps in which medians are taken [1, 1/m]
@@ -119,6 +121,8 @@ def fit_floor(xyz, sensor_height, before=None, params=None):
     low = _low_returns(xyz, sensor_height, params)
     if len(low) >= _FEWEST:
         found = _refined(low, _coarse(low, sensor_height, params), sensor_height, params)
+        if found is not None and found.uneven > _ROUGH:
+            found = _nearer(low, found, sensor_height, params)
         if found is not None:
             return found
     if before is not None:
@@ -202,6 +206,16 @@ def _refined(low, plane, sensor_height, params):
     if abs(error) > params.max_height_deviation:
         return None
     return FloorModel(plane, covariance, total, noise, uneven, FloorSource.MEASURED, error)
+
+
+def _nearer(low, found, sensor_height, params):
+    """The plane of the nearer half of the returns where that is far more even: the floor is the
+    one that the robot stands on, not the mean of it and of a terrace behind glass."""
+    square = low[:, 0] * low[:, 0] + low[:, 1] * low[:, 1]
+    near = low[square <= np.sort(square)[len(square) // 2]]
+    nearer = _refined(near, found.plane, sensor_height, params)
+    is_better = nearer is not None and nearer.uneven < _SMOOTHER * found.uneven
+    return nearer if is_better else found
 
 
 def _together(low):
