@@ -234,7 +234,8 @@ def profile_of(distance, *reaches):
     nothing = np.zeros(40)
     posts = Posts(columns, np.full(40, 8), distance, nothing, nothing + 1.2, nothing, nothing)
     view, unknown = View(np.inf, 0.7, 0.1, 1.5), np.zeros(COLUMNS)
-    support = Support(seen, np.zeros_like(seen), reach)
+    normals = np.tile([1.0, 0.0], (len(reaches), 1))
+    support = Support(seen, np.zeros_like(seen), reach, normals)
     found = column_profile(posts, support, view, unknown, unknown, DIRECTIONS, 1.6)
     return found.distance[columns]
 
