@@ -10,6 +10,8 @@
 
 namespace smoke_ground_reconstruction {
 
+class Sample;
+
 /// Points in one frame [m], structure of arrays.
 struct Points {
   std::vector<float> x, y, z;
@@ -26,7 +28,7 @@ enum class FloorSource : std::uint8_t { kMeasured = 0, kMeasuredBefore = 1, kMou
 struct FloorModel {
   std::array<double, 3> plane = {0, 0, 0};  ///< a, b [1] and c [m]
   std::array<double, 9> covariance = {};    ///< of the plane, row by row
-  double weight = 0.0;                      ///< returns behind it, by their Tukey weights
+  double weight = 0.0;                      ///< returns it was fitted to, by their Tukey weights
   double noise = 0.0;                       ///< one sigma of a return's range [m]
   double uneven = 0.0;                      ///< one sigma of the floor about the plane [m]
   FloorSource source = FloorSource::kMounting;
@@ -48,7 +50,8 @@ struct FloorModel {
 /// Fits the floor of one scan after another; keeps its buffers, not its answers.
 ///
 /// A search over tilts finds the height that most floor cells agree on; iteratively reweighted
-/// least squares (Tukey) with a weak prior at the mounting height refines it. Heights more than
+/// least squares (Tukey) with a weak prior at the mounting height refines it, on 4000 returns or
+/// more that stand for all. Heights more than
 /// `max_height_deviation` off the mounting height beneath the sensor are never looked at. O(n).
 class FloorFitter {
  public:
@@ -76,8 +79,11 @@ class FloorFitter {
   void countVotes(double a);
   int strongest(std::size_t tilt, int* slot) const;
   std::size_t slots() const;
-  bool refine(const Points& returns, Plane plane, double sensor_height, FloorModel* found);
-  void keepNear(const Points& returns, const Plane& plane);
+  bool refineSome(const Points& returns, const Plane& plane, double sensor_height,
+                  FloorModel* found);
+  bool refine(const Points& returns, const Sample& sample, Plane plane, double sensor_height,
+              FloorModel* found);
+  void keepNear(const Points& returns, const Sample& sample, const Plane& plane);
   void countTogether();
   void fitNearer(const Points& returns, double sensor_height, FloorModel* found);
   void residuals(const Plane& plane);
@@ -95,6 +101,7 @@ class FloorFitter {
   std::size_t count_ = 0;         // the rest is padding
   std::vector<double> vote_x_, vote_y_, over_lowest_;
   std::vector<int> vote_;
+  std::vector<double> squares_;  // of planar ranges
   std::array<std::array<int, kMostSlots + 3>, kMostTilts> counts_{};  // by tilt along y and slot
   std::vector<std::uint32_t> cell_count_;
   std::vector<std::uint32_t> vote_cell_;

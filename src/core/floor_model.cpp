@@ -5,13 +5,14 @@
 
 #include "multiversion.hpp"
 #include "ordered.hpp"
+#include "sample.hpp"
 
 namespace smoke_ground_reconstruction {
 
 namespace {
 
-constexpr double kNearest = 0.3;  // planar range of the returns that vote [m]
-constexpr double kFarthest = 15.0;
+constexpr float kNearest = 0.3F;  // planar range of the returns that vote [m]
+constexpr float kFarthest = 15.0F;
 constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
 constexpr double kSlotsPerMetre = 100.0;  // of heights that are voted for
 constexpr double kVote = 1024.0;          // a cell with one return
@@ -71,16 +72,16 @@ class Histogram {
 
 /// Which returns lie so near to the mounting height that they may be floor.
 SMOKE_GROUND_MULTIVERSION
-void markLow(const Points& returns, double sensor_height, double bound, double steepest,
+void markLow(const Points& returns, float sensor_height, float bound, float steepest,
              std::uint8_t* is_low) {
   const float* px = returns.x.data();
   const float* py = returns.y.data();
   const float* pz = returns.z.data();
   for (std::size_t i = 0; i < returns.size(); ++i) {
-    const double x = px[i];
-    const double y = py[i];
-    const double off = std::fabs(pz[i] + sensor_height);
-    const double planar = std::sqrt(x * x + y * y);
+    const float x = px[i];
+    const float y = py[i];
+    const float off = std::fabs(pz[i] + sensor_height);
+    const float planar = std::sqrt(x * x + y * y);
     is_low[i] = (off < bound + steepest * planar) & (planar > kNearest) & (planar < kFarthest);
   }
 }
@@ -128,7 +129,7 @@ FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const F
   collectLow(returns, sensor_height);
   FloorModel found;
   if (static_cast<double>(low_.size()) >= kFewest &&
-      refine(returns, coarse(returns, sensor_height), sensor_height, &found)) {
+      refineSome(returns, coarse(returns, sensor_height), sensor_height, &found)) {
     if (found.uneven > kRough) fitNearer(returns, sensor_height, &found);
     return found;
   }
@@ -137,8 +138,9 @@ FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const F
 
 void FloorFitter::collectLow(const Points& returns, double sensor_height) {
   is_low_.resize(returns.size());
-  markLow(returns, sensor_height, params_.max_height_deviation, slopeOf(params_.max_floor_tilt_deg),
-          is_low_.data());
+  markLow(returns, static_cast<float>(sensor_height),
+          static_cast<float>(params_.max_height_deviation),
+          static_cast<float>(slopeOf(params_.max_floor_tilt_deg)), is_low_.data());
   low_.resize(returns.size());
   std::size_t count = 0;
   for (std::uint32_t i = 0; i < returns.size(); ++i) {
@@ -177,15 +179,16 @@ void FloorFitter::castVotes(const Points& returns, double sensor_height) {
   vote_cell_.clear();
   vote_.clear();
   cell_count_.resize(static_cast<std::size_t>(kCellsAcross * kCellsAcross), 0);
-  const std::size_t stride = std::max<std::size_t>(1, low_.size() / kVotes);
-  for (std::size_t k = 0; k < low_.size(); k += stride) {
-    const double x = returns.x[low_[k]];
-    const double y = returns.y[low_[k]];
+  const Sample sample(low_.size(), kVotes);
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const std::uint32_t i = low_[sample[k]];
+    const double x = returns.x[i];
+    const double y = returns.y[i];
     vote_cell_.push_back(cellOf(x, y));
     ++cell_count_[vote_cell_.back()];
     vote_x_.push_back(x);
     vote_y_.push_back(y);
-    over_lowest_.push_back((returns.z[low_[k]] + sensor_height) + params_.max_height_deviation);
+    over_lowest_.push_back((returns.z[i] + sensor_height) + params_.max_height_deviation);
   }
   for (const std::uint32_t cell : vote_cell_) {
     vote_.push_back(floorToInt(kVote / std::sqrt(static_cast<double>(cell_count_[cell])) + 0.5));
@@ -239,11 +242,21 @@ int FloorFitter::strongest(std::size_t tilt, int* slot) const {
   return most;
 }
 
-/// Tukey's reweighted least squares; false where too little floor is left.
+/// Refines a plane on some of the low returns; what is too little among them may be enough among
+/// all.
+bool FloorFitter::refineSome(const Points& returns, const Plane& plane, double sensor_height,
+                             FloorModel* found) {
+  const Sample some(low_.size()), all(low_.size(), low_.size());
+  if (refine(returns, some, plane, sensor_height, found)) return true;
+  return some.size() < all.size() && refine(returns, all, plane, sensor_height, found);
+}
+
+/// Tukey's reweighted least squares on some of the low returns; false where too little floor is
+/// left.
 SMOKE_GROUND_MULTIVERSION
-bool FloorFitter::refine(const Points& returns, Plane plane, double sensor_height,
-                         FloorModel* found) {
-  keepNear(returns, plane);
+bool FloorFitter::refine(const Points& returns, const Sample& sample, Plane plane,
+                         double sensor_height, FloorModel* found) {
+  keepNear(returns, sample, plane);
   countTogether();
   for (const double scale : kScales) {
     std::fill(scale_.begin(), scale_.end(), scale);
@@ -283,23 +296,24 @@ void FloorFitter::fitNearer(const Points& returns, double sensor_height, FloorMo
     const double y = returns.y[i];
     return x * x + y * y;
   };
-  vote_x_.clear();
-  for (const std::uint32_t i : low_) vote_x_.push_back(square(i));
-  const auto middle = vote_x_.begin() + static_cast<std::ptrdiff_t>(vote_x_.size() / 2);
-  std::nth_element(vote_x_.begin(), middle, vote_x_.end());
+  squares_.clear();
+  for (const std::uint32_t i : low_) squares_.push_back(square(i));
+  const auto middle = squares_.begin() + static_cast<std::ptrdiff_t>(squares_.size() / 2);
+  std::nth_element(squares_.begin(), middle, squares_.end());
   const auto is_far = [&](std::uint32_t i) { return square(i) > *middle; };
   low_.erase(std::remove_if(low_.begin(), low_.end(), is_far), low_.end());
   FloorModel nearer;
   const Plane plane = {found->plane[0], found->plane[1], found->plane[2]};
-  if (!refine(returns, plane, sensor_height, &nearer)) return;
+  if (!refineSome(returns, plane, sensor_height, &nearer)) return;
   if (nearer.uneven < kSmoother * found->uneven) *found = nearer;
 }
 
 /// Takes what lies near to a plane, padded to whole lanes by what no weight falls on.
-void FloorFitter::keepNear(const Points& returns, const Plane& plane) {
-  for (auto* values : {&x_, &y_, &z_}) values->resize(low_.size() + kLanes);
+void FloorFitter::keepNear(const Points& returns, const Sample& sample, const Plane& plane) {
+  for (auto* values : {&x_, &y_, &z_}) values->resize(sample.size() + kLanes);
   count_ = 0;
-  for (const std::uint32_t i : low_) {
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const std::uint32_t i = low_[sample[k]];
     const double x = x_[count_] = returns.x[i];
     const double y = y_[count_] = returns.y[i];
     const double z = z_[count_] = returns.z[i];

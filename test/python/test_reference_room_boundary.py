@@ -701,12 +701,24 @@ def test_a_tilted_sensor_sees_the_same_room():
         np.testing.assert_allclose(R @ normal / np.linalg.norm(normal), [0, 0, 1], atol=2e-3)
 
 
-def test_order_of_points_does_not_matter():
-    view = room_scan(noise=0.01)
+def shuffled(view):
     order = np.random.default_rng(3).permutation(len(view.xyz))
     first, second = reconstruct(view), reconstruct(view.select(order))
+    return first, second, order
+
+
+def test_order_of_points_does_not_matter():
+    view = room_scan(noise=0.01)
+    first, second, order = shuffled(view.select(slice(0, None, 7)))
     np.testing.assert_array_equal(first.labels[order], second.labels)
     np.testing.assert_allclose(first.profile.distance, second.profile.distance, atol=1e-6)
+
+
+def test_order_changes_samples_of_large_scans_alone():
+    first, second, order = shuffled(room_scan(noise=0.01))
+    assert np.mean(first.labels[order] != second.labels) < 1e-4
+    np.testing.assert_allclose(first.profile.distance, second.profile.distance, atol=1e-6)
+    np.testing.assert_allclose(first.floor.plane, second.floor.plane, atol=1e-3)
 
 
 @pytest.mark.parametrize("count", [0, 1, 30])

@@ -14,8 +14,9 @@ import numpy as np
 from ..params import RoomBoundaryParams
 from .cells import cell_numbers
 from .ordered import least_axis, ordered_sum, symmetric_inverse, times
+from .sample import FEWEST, sample
 
-_NEAREST, _FARTHEST = 0.3, 15.0  # planar range of the returns that vote [m]
+_NEAREST, _FARTHEST = np.float32(0.3), np.float32(15.0)  # planar range of the returns that vote [m]
 _VOTES = 1500  # returns, at least, that take part in the search of the tilt
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
@@ -55,7 +56,7 @@ class FloorModel:
     covariance : (3, 3) float64
         Of the plane; that of the prior where nothing was measured.
     weight : float
-        Number of returns behind it, each counted by its Tukey weight.
+        Number of returns it was fitted to, each counted by its Tukey weight.
     noise : float
         One sigma of a return's range [m].
     uneven : float
@@ -99,9 +100,9 @@ def fit_floor(xyz, sensor_height, before=None, params=None):
     """The floor of one scan.
 
     A search over tilts finds the height that most floor cells agree on; iteratively reweighted
-    least squares (Tukey) with a weak prior at the mounting height refines it. Heights more than
-    `max_height_deviation` off the mounting height beneath the sensor are never looked at: ceilings
-    and table tops do not become floor.
+    least squares (Tukey) with a weak prior at the mounting height refines it, on 4000 returns or
+    more that stand for all. Heights more than `max_height_deviation` off the mounting height
+    beneath the sensor are never looked at: ceilings and table tops do not become floor.
 
     Parameters
     ----------
@@ -120,7 +121,8 @@ def fit_floor(xyz, sensor_height, before=None, params=None):
     params = params or RoomBoundaryParams()
     low = _low_returns(xyz, sensor_height, params)
     if len(low) >= _FEWEST:
-        found = _refined(low, _coarse(low, sensor_height, params), sensor_height, params)
+        plane = _coarse(low, sensor_height, params)
+        found = _refined_by_some(low, plane, sensor_height, params)
         if found is not None and found.uneven > _ROUGH:
             found = _nearer(low, found, sensor_height, params)
         if found is not None:
@@ -142,15 +144,16 @@ def _prior_covariance():
 
 
 def _low_returns(xyz, sensor_height, params):
-    planar = np.sqrt(xyz[:, 0] * xyz[:, 0] + xyz[:, 1] * xyz[:, 1])
-    reach = params.max_height_deviation + _slope(params.max_floor_tilt_deg) * planar
-    is_low = np.abs(xyz[:, 2] + sensor_height) < reach
+    x, y, z = xyz.astype(np.float32).T
+    planar = np.sqrt(x * x + y * y)
+    bound, steepest = np.float32(params.max_height_deviation), _slope(params.max_floor_tilt_deg)
+    is_low = np.abs(z + np.float32(sensor_height)) < bound + np.float32(steepest) * planar
     return xyz[is_low & (planar > _NEAREST) & (planar < _FARTHEST)]
 
 
 def _coarse(low, sensor_height, params):
     """Tilt and height that most cells of the floor vote for; slight tilts win ties."""
-    low = low[:: max(1, len(low) // _VOTES)]
+    low = low[sample(len(low), _VOTES)]
     cell = np.floor(low[:, :2] / _CELL).astype(np.int64)
     _, of, count = np.unique(cell_numbers(cell), return_inverse=True, return_counts=True)
     vote = np.floor(_VOTE / np.sqrt(count[of]) + 0.5)
@@ -175,6 +178,16 @@ def _coarse(low, sensor_height, params):
 def _slope(degrees):
     # Rounded, for libraries that differ in the last bit.
     return float(np.float32(math.tan(math.radians(degrees))))
+
+
+def _refined_by_some(low, plane, sensor_height, params):
+    """What is too little among some of the low returns may be enough among all."""
+    for fewest in (FEWEST, len(low)):
+        some = low[sample(len(low), fewest)]
+        found = _refined(some, plane, sensor_height, params)
+        if found is not None:
+            return found
+    return None
 
 
 def _refined(low, plane, sensor_height, params):
@@ -213,7 +226,7 @@ def _nearer(low, found, sensor_height, params):
     one that the robot stands on, not the mean of it and of a terrace behind glass."""
     square = low[:, 0] * low[:, 0] + low[:, 1] * low[:, 1]
     near = low[square <= np.sort(square)[len(square) // 2]]
-    nearer = _refined(near, found.plane, sensor_height, params)
+    nearer = _refined_by_some(near, found.plane, sensor_height, params)
     is_better = nearer is not None and nearer.uneven < _SMOOTHER * found.uneven
     return nearer if is_better else found
 
