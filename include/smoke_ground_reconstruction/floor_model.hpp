@@ -76,7 +76,7 @@ class FloorFitter {
   void collectLow(const Points& returns, double sensor_height);
   Plane coarse(const Points& returns, double sensor_height);
   void castVotes(const Points& returns, double sensor_height);
-  void countVotes(double a);
+  void countVotes(float a);
   int strongest(std::size_t tilt, int* slot) const;
   std::size_t slots() const;
   bool refineSome(const Points& returns, const Plane& plane, double sensor_height,
@@ -99,7 +99,7 @@ class FloorFitter {
   std::vector<double> residual_, scale_, variance_, weight_;
   std::vector<double> together_;  // returns that share each one's cell
   std::size_t count_ = 0;         // the rest is padding
-  std::vector<double> vote_x_, vote_y_, over_lowest_;
+  std::vector<float> vote_x_, vote_y_, over_lowest_;
   std::vector<int> vote_;
   std::vector<double> squares_;  // of planar ranges
   std::array<std::array<int, kMostSlots + 3>, kMostTilts> counts_{};  // by tilt along y and slot

@@ -14,7 +14,7 @@ namespace {
 constexpr float kNearest = 0.3F;  // planar range of the returns that vote [m]
 constexpr float kFarthest = 15.0F;
 constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
-constexpr double kSlotsPerMetre = 100.0;  // of heights that are voted for
+constexpr float kSlotsPerMetre = 100.0F;  // of heights that are voted for
 constexpr double kVote = 1024.0;          // a cell with one return
 constexpr double kCell = 0.1;             // each cell of the floor has about one vote [m]
 constexpr int kCellsAcross = 302, kMiddleCell = 151;
@@ -77,7 +77,8 @@ void markLow(const Points& returns, float sensor_height, float bound, float stee
   const float* px = returns.x.data();
   const float* py = returns.y.data();
   const float* pz = returns.z.data();
-  for (std::size_t i = 0; i < returns.size(); ++i) {
+  const std::size_t size = returns.size();
+  for (std::size_t i = 0; i < size; ++i) {
     const float x = px[i];
     const float y = py[i];
     const float off = std::fabs(pz[i] + sensor_height);
@@ -159,7 +160,7 @@ FloorFitter::Plane FloorFitter::coarse(const Points& returns, double sensor_heig
   const int steepest = params_.max_floor_tilt_deg;
   for (int along_x = -steepest; along_x <= steepest; ++along_x) {
     const double a = slopeOf(along_x);
-    countVotes(a);
+    countVotes(static_cast<float>(a));
     for (int along_y = -steepest; along_y <= steepest; ++along_y) {
       int slot = 0;
       const std::int64_t steepness = std::abs(along_x) + std::abs(along_y);
@@ -182,13 +183,12 @@ void FloorFitter::castVotes(const Points& returns, double sensor_height) {
   const Sample sample(low_.size(), kVotes);
   for (std::size_t k = 0; k < sample.size(); ++k) {
     const std::uint32_t i = low_[sample[k]];
-    const double x = returns.x[i];
-    const double y = returns.y[i];
-    vote_cell_.push_back(cellOf(x, y));
+    vote_cell_.push_back(cellOf(returns.x[i], returns.y[i]));
     ++cell_count_[vote_cell_.back()];
-    vote_x_.push_back(x);
-    vote_y_.push_back(y);
-    over_lowest_.push_back((returns.z[i] + sensor_height) + params_.max_height_deviation);
+    vote_x_.push_back(returns.x[i]);
+    vote_y_.push_back(returns.y[i]);
+    over_lowest_.push_back((returns.z[i] + static_cast<float>(sensor_height)) +
+                           static_cast<float>(params_.max_height_deviation));
   }
   for (const std::uint32_t cell : vote_cell_) {
     vote_.push_back(floorToInt(kVote / std::sqrt(static_cast<double>(cell_count_[cell])) + 0.5));
@@ -201,25 +201,26 @@ std::size_t FloorFitter::slots() const {
   return static_cast<std::size_t>(2.0 * params_.max_height_deviation * kSlotsPerMetre + 0.5);
 }
 
-/// Votes by slot of height under one tilt along x and every tilt along y.
+/// Votes by slot of height under one tilt along x and every tilt along y, in single precision:
+/// slots are 10 mm high.
 SMOKE_GROUND_MULTIVERSION
-void FloorFitter::countVotes(double a) {
+void FloorFitter::countVotes(float a) {
   const auto tilts = static_cast<std::size_t>(2 * params_.max_floor_tilt_deg + 1);
-  std::array<double, kMostTilts> slopes{};
+  std::array<float, kMostTilts> slopes{};
   for (std::size_t k = 0; k < tilts; ++k) {
-    slopes[k] = slopeOf(static_cast<int>(k) - params_.max_floor_tilt_deg);
+    slopes[k] = static_cast<float>(slopeOf(static_cast<int>(k) - params_.max_floor_tilt_deg));
   }
   for (auto& counts : counts_) counts.fill(0);
-  const auto highest = static_cast<double>(slots());
+  const auto highest = static_cast<float>(slots());
   const int nowhere = static_cast<int>(slots()) + 2;
   const std::size_t padded = (tilts + 7) / 8 * 8;  // whole vectors
   for (std::size_t i = 0; i < vote_.size(); ++i) {
-    const double turned = over_lowest_[i] - a * vote_x_[i];
-    const double y = vote_y_[i];
+    const float turned = over_lowest_[i] - a * vote_x_[i];
+    const float y = vote_y_[i];
     std::array<int, kMostTilts> slot;
     for (std::size_t k = 0; k < padded; ++k) {
-      const double at = (turned - slopes[k] * y) * kSlotsPerMetre;
-      const bool is_inside = (at >= 0.0) & (at < highest);
+      const float at = (turned - slopes[k] * y) * kSlotsPerMetre;
+      const bool is_inside = (at >= 0.0F) & (at < highest);
       slot[k] = is_inside ? static_cast<int>(at) + 1 : nowhere;
     }
     const int vote = vote_[i];

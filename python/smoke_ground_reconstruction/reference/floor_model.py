@@ -159,12 +159,15 @@ def _coarse(low, sensor_height, params):
     vote = np.floor(_VOTE / np.sqrt(count[of]) + 0.5)
     bound, steepest = params.max_height_deviation, params.max_floor_tilt_deg
     slots = math.floor(2.0 * bound * _SLOTS_PER_METRE + 0.5)
-    over_lowest = (low[:, 2] + sensor_height) + bound
+    # In single precision: slots are 10 mm high.
+    x, y, z = low.astype(np.float32).T
+    over_lowest = (z + np.float32(sensor_height)) + np.float32(bound)
     best, plane = -1.0, None
     for along_x in range(-steepest, steepest + 1):
-        turned = over_lowest - _slope(along_x) * low[:, 0]
+        turned = over_lowest - np.float32(_slope(along_x)) * x
         for along_y in range(-steepest, steepest + 1):
-            slot = np.floor((turned - _slope(along_y) * low[:, 1]) * _SLOTS_PER_METRE)
+            turned_twice = turned - np.float32(_slope(along_y)) * y
+            slot = np.floor(turned_twice * np.float32(_SLOTS_PER_METRE))
             inside = (slot >= 0.0) & (slot < slots)
             votes = np.bincount(slot[inside].astype(np.int64) + 1, vote[inside], slots + 2)
             around = (votes[:-2] + votes[1:-1]) + votes[2:]
