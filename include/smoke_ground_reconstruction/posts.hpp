@@ -8,6 +8,8 @@
 
 namespace smoke_ground_reconstruction {
 
+class Sample;
+
 /// Returns of a scan in an upright frame, structure of arrays.
 struct UprightReturns {
   const Points* points;
@@ -94,22 +96,23 @@ class CeilingFinder {
   /// Height above the floor [m]; infinite where none is seen. The strongest slot of heights, each
   /// return weighted by its range (near ones are dense). A column shows a ceiling at several
   /// ranges, but of a wall only one ring hits a level: so a sensor that looks no higher than the
-  /// walls sees none. O(n).
+  /// walls sees none. Some thousand returns stand for all, if they show one. O(n).
   /// \param chosen  at least the returns higher than kLowest, in order.
   double find(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
               std::size_t columns);
 
-  /// Returns high enough to be ceiling, in order, after find().
-  const std::vector<std::uint32_t>& high() const { return high_; }
-
   static constexpr double kLowest = 1.6;  ///< above the floor [m]
 
  private:
+  double findAmong(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+                   const Sample& sample, std::size_t columns);
+  void collectHigh(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+                   const Sample& sample);
   bool isWide() const;
 
   std::vector<float> nearest_, farthest_;  // of the level, by column
-  std::vector<std::uint32_t> high_;
-  std::vector<int> slot_;  // of each of these
+  std::vector<std::uint32_t> high_;        // returns that are high enough to be ceiling
+  std::vector<int> slot_;                  // of each of these
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -154,7 +154,6 @@ class Room {
   WallLight wall_light_;
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_;
   std::vector<std::array<double, 2>> wall_normals_;
-  std::vector<int> slope_slot_;  // per return
   std::vector<std::uint32_t> slope_counts_;
   std::vector<RangeWindow> windows_;  // by column and line
   std::vector<std::uint32_t> window_line_, window_begin_;

@@ -1,6 +1,5 @@
 #include "point_loops.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "multiversion.hpp"
@@ -34,19 +33,6 @@ void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& pl
     const double z = points.z[i];
     planar[i] = static_cast<float>(std::sqrt(x * x + y * y));
     height[i] = static_cast<float>(z - ((a * x + b * y) + c));
-  }
-}
-
-SMOKE_GROUND_MULTIVERSION
-void slopeSlots(const float* z, const float* planar, std::size_t size, double per_unit, int half,
-                double nearest, int* slot) {
-  const double lowest = -half;
-  const double highest = half - 1.0;
-  for (std::size_t i = 0; i < size; ++i) {
-    const double range = planar[i];
-    const double slope = static_cast<double>(z[i]) / range * per_unit;
-    const double inside = slope < lowest ? lowest : (slope < highest ? slope : highest);
-    slot[i] = range > nearest ? floorToInt(inside) + half : 2 * half;
   }
 }
 

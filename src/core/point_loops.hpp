@@ -21,9 +21,4 @@ void turnPoints(const PointArrays& points, const std::array<double, 9>& rotation
 void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& plane, float* planar,
                       float* height);
 
-/// Slots of the slopes z / planar range: `per_unit` a unit, from -`half` to `half` - 1, counted
-/// from 0; 2 `half` where the planar range is not above `nearest`.
-void slopeSlots(const float* z, const float* planar, std::size_t size, double per_unit, int half,
-                double nearest, int* slot);
-
 }  // namespace smoke_ground_reconstruction

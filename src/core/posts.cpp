@@ -8,6 +8,7 @@
 
 #include "multiversion.hpp"
 #include "ordered.hpp"
+#include "sample.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -19,11 +20,14 @@ constexpr std::uint32_t kAround = 120;  // what lies this near counts as around 
 
 constexpr double kSlotsPerMetre = 50.0;
 constexpr int kSlots = 520;
-constexpr int kMetre = 50;  // slots
+constexpr int kMetre = 50;                // slots
+constexpr std::size_t kLookedAt = 12000;  // returns among which the ceiling is sought, at least
 constexpr std::size_t kCeilingPoints = 100;
 constexpr double kCeilingShare = 0.2;
 constexpr double kCeilingWidth = 0.5;  // it is so wide [m]
 constexpr double kWideColumns = 0.25;  // in a share of its columns
+
+constexpr float kNone = std::numeric_limits<float>::infinity();
 
 // A slot below the lowest and one above the highest stay empty.
 using Votes = std::array<double, kSlots + 2>;
@@ -197,18 +201,18 @@ void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::siz
 
 double CeilingFinder::find(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
                            std::size_t columns) {
-  constexpr float kNone = std::numeric_limits<float>::infinity();
+  const Sample some(chosen.size(), kLookedAt), all(chosen.size(), chosen.size());
+  const double found = findAmong(returns, chosen, some, columns);
+  if (found < kNone || some.size() == all.size()) return found;
+  return findAmong(returns, chosen, all, columns);  // a ceiling of which little is seen
+}
+
+double CeilingFinder::findAmong(const UprightReturns& returns,
+                                const std::vector<std::uint32_t>& chosen, const Sample& sample,
+                                std::size_t columns) {
+  collectHigh(returns, chosen, sample);
+  const std::size_t count = high_.size();
   Votes votes{};
-  high_.resize(chosen.size());
-  slot_.resize(chosen.size());
-  std::size_t count = 0;
-  for (const std::uint32_t i : chosen) {
-    const int slot = ceilingSlot(returns.height[i]);
-    high_[count] = i;
-    slot_[count] = slot;
-    count += slot >= 0 ? 1U : 0U;
-  }
-  high_.resize(count);
   for (std::size_t k = 0; k < count; ++k) {
     votes[static_cast<std::size_t>(slot_[k]) + 1] += returns.planar[high_[k]];
   }
@@ -233,6 +237,22 @@ double CeilingFinder::find(const UprightReturns& returns, const std::vector<std:
   }
   if (sum.count() < kCeilingPoints || !isWide()) return kNone;
   return sum.value() / static_cast<double>(sum.count());
+}
+
+/// Returns of a sample that are high enough to be ceiling.
+void CeilingFinder::collectHigh(const UprightReturns& returns,
+                                const std::vector<std::uint32_t>& chosen, const Sample& sample) {
+  high_.resize(sample.size());
+  slot_.resize(sample.size());
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const std::uint32_t i = chosen[sample[k]];
+    const int slot = ceilingSlot(returns.height[i]);
+    high_[count] = i;
+    slot_[count] = slot;
+    count += slot >= 0 ? 1U : 0U;
+  }
+  high_.resize(count);
 }
 
 /// Do a share of the columns show the level over some width?

@@ -6,6 +6,7 @@
 
 #include "ordered.hpp"
 #include "point_loops.hpp"
+#include "sample.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -31,6 +32,7 @@ constexpr double kPlumb = 0.99998629;      // floors tilted by less than 0.3 deg
 constexpr std::size_t kWallLights = 4000;  // returns of walls, at least, that tell the smoke
 constexpr int kSlopeSlots = 2048;
 constexpr double kSlotsPerSlope = 128.0;
+constexpr std::size_t kSlopes = 16000;  // returns, at least, that tell the steepest beam
 constexpr std::size_t kSteeper = 1000;  // one return in so many may lie above the highest beam
 
 bool isIdentity(const Matrix3& m) { return m == Matrix3{1, 0, 0, 0, 1, 0, 0, 0, 1}; }
@@ -127,7 +129,9 @@ void Room::pickByHeight() {
 /// where smoke leaves whole numbers of 0 and 1, a median would be 0.
 double Room::softGate(const std::vector<float>& intensity) const {
   OrderedSum strength;
-  for (const std::uint32_t i : low_) {
+  const Sample sample(low_.size());
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const std::uint32_t i = low_[sample[k]];
     if (!(returns_.planar[i] < kFloorRange)) continue;
     const double x = points().x[i];
     const double y = points().y[i];
@@ -165,12 +169,19 @@ void Room::sortOut(const std::vector<float>& intensity) {
 /// Tangent of the elevation up to which all but one return in a thousand lie, in steps.
 double Room::steepest() {
   constexpr std::size_t kSlots = 2 * kSlopeSlots;
-  slope_slot_.resize(size());
-  slopeSlots(points().z.data(), returns_.planar.data(), size(), kSlotsPerSlope, kSlopeSlots,
-             kNearestWall, slope_slot_.data());
-  slope_counts_.assign(kSlots + 1, 0);  // the last one of those too near
-  for (const int slot : slope_slot_) ++slope_counts_[static_cast<std::size_t>(slot)];
-  const std::size_t total = size() - slope_counts_[kSlots];
+  constexpr double kLowest = -kSlopeSlots, kHighest = kSlopeSlots - 1;
+  slope_counts_.assign(kSlots, 0);
+  const Sample sample(size(), kSlopes);
+  std::size_t total = 0;
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const std::size_t i = sample[k];
+    const double range = planar(i);
+    if (!(range > kNearestWall)) continue;
+    const double slope = static_cast<double>(points().z[i]) / range * kSlotsPerSlope;
+    const int slot = floorToInt(std::min(std::max(slope, kLowest), kHighest)) + kSlopeSlots;
+    ++slope_counts_[static_cast<std::size_t>(slot)];
+    ++total;
+  }
   if (total == 0) return 0.0;
   std::size_t above = 0;
   std::size_t slot = kSlots;
@@ -191,10 +202,12 @@ bool Room::standsOnWalls() {
   }
   post_places_.sort();
   std::size_t at_posts = 0;
-  for (const std::uint32_t i : low_) {
+  const Sample sample(low_.size());
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const std::uint32_t i = low_[sample[k]];
     at_posts += post_places_.isNear(column(i), planar(i), kPostFoot) ? 1U : 0U;
   }
-  return static_cast<double>(at_posts) > kFeetShare * static_cast<double>(low_.size());
+  return static_cast<double>(at_posts) > kFeetShare * static_cast<double>(sample.size());
 }
 
 bool Room::isAtPost(std::size_t i) const {

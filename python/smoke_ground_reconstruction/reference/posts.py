@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .ordered import ordered_sum
+from .sample import sample
 
 POST_SHARE = 0.6  # of the returns around that belong to a post: smoke is spread wider
 POST_POINTS = 4
@@ -17,6 +18,7 @@ _AROUND = 120  # what lies this near counts as around [mm]
 _CEILING_LOWEST, _CEILING_HIGHEST = 1.6, 12.0  # above the floor [m]
 _SLOTS_PER_METRE, _SLOTS = 50.0, 520
 _METRE = 50  # slots
+_LOOKED_AT = 12000  # returns among which the ceiling is sought, at least
 _CEILING_POINTS = 100
 _CEILING_SHARE = 0.2
 _CEILING_WIDTH, _WIDE_COLUMNS = 0.5, 0.25  # it is so wide [m] in a share of its columns
@@ -61,17 +63,26 @@ def ceiling_height(height, planar, column):
     The level that holds a large share of what is above: the strongest slot of heights, each return
     weighted by its range (near ones are dense). A column shows a ceiling at several ranges, but of
     a wall only one ring hits a level: so a sensor that looks no higher than the walls sees none.
+    Some thousand returns stand for all, if they show one.
     """
+    some = sample(len(height), _LOOKED_AT)
+    found = _ceiling_among(height[some], planar[some], column[some])
+    # A ceiling of which little is seen.
+    return found if math.isfinite(found) else _ceiling_among(height, planar, column)
+
+
+def _ceiling_among(height, planar, column):
     slot = np.floor((height - _CEILING_LOWEST) * _SLOTS_PER_METRE)
     high = (slot >= 0.0) & (slot < _SLOTS)
-    if np.count_nonzero(high) < _CEILING_POINTS:
+    height, planar, column, slot = (values[high] for values in (height, planar, column, slot))
+    if len(height) < _CEILING_POINTS:
         return math.inf
-    votes = np.bincount(slot[high].astype(np.int64) + 1, planar[high], _SLOTS + 2)
+    votes = np.bincount(slot.astype(np.int64) + 1, planar, _SLOTS + 2)
     around = (votes[:-2] + votes[1:-1]) + votes[2:]
     at = int(around.argmax())
     if around[at] < _CEILING_SHARE * ordered_sum(votes[max(0, at - _METRE) + 1 :]):
         return math.inf
-    near = high & (np.abs(slot - at) < 2.0)
+    near = np.abs(slot - at) < 2.0
     count = np.count_nonzero(near)
     if count < _CEILING_POINTS or not _is_wide(column[near], planar[near]):
         return math.inf

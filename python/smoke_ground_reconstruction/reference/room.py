@@ -9,6 +9,7 @@ from .drop_offs import find_drop_offs
 from .floor_relief import FLAT, find_relief
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts
+from .sample import sample
 from .scan import rotated
 from .wall_feet import HIGHEST, LOWEST, OFF_WALL, STEEPEST, WallFeet
 from .wall_lines import Returns, View, find_lines, line_support
@@ -29,6 +30,7 @@ _FLOOR_RANGE = 2.5  # [m]
 _PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken as level
 _WALL_LIGHTS = 4000  # returns of walls, at least, that tell the smoke
 _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
+_SLOPES = 16000  # returns, at least, that tell the steepest beam
 _STEEPER = 1000  # one return in so many may lie above the highest beam
 _OPENING_CELL = 0.2
 _OPENING_POINTS = 3
@@ -70,7 +72,8 @@ class Room:
         self.height = (z - ((a * x + b * y) + c)).astype(np.float32).astype(np.float64)
         self.planar = np.sqrt(x * x + y * y).astype(np.float32).astype(np.float64)
         self.column = bins.index(x, y)
-        self.ceiling = ceiling_height(self.height, self.planar, self.column)
+        above = self.height > params.min_wall_height
+        self.ceiling = ceiling_height(self.height[above], self.planar[above], self.column[above])
         self.is_low = (np.abs(self.height) < self.tolerance) & (self.planar < params.max_range)
         self.is_soft = self._soft()
         self.can_be_wall = (self.height > params.min_wall_height) & ~self.is_soft
@@ -89,12 +92,13 @@ class Room:
         x, y, z = self.xyz.T
         square = (x * x + y * y) + z * z
         strength = self.intensity * square
-        near_floor = self.is_low & (self.planar < _FLOOR_RANGE)
-        count = np.count_nonzero(near_floor)
-        if count == 0:
+        floor = np.flatnonzero(self.is_low)
+        floor = floor[sample(len(floor))]
+        floor = floor[self.planar[floor] < _FLOOR_RANGE]
+        if len(floor) == 0:
             return np.zeros(len(square), bool)
         # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
-        gate = self.params.smoke_gate * (ordered_sum(strength[near_floor]) / count)
+        gate = self.params.smoke_gate * (ordered_sum(strength[floor]) / len(floor))
         near = square < _SOFT_RANGE * _SOFT_RANGE
         return near & (strength < gate) & (self.height > self.params.min_wall_height)
 
@@ -102,6 +106,7 @@ class Room:
         """Does the plane pass through the feet of walls, not through a floor? A fifth of its
         returns stand where a post of their column does; of a floor's that are few."""
         low = np.flatnonzero(self.is_low)
+        low = low[sample(len(low))]
         at_posts = self.posts.are_at(self.columns, self.column[low], self.planar[low])
         return np.count_nonzero(at_posts) > _FEET_SHARE * len(low)
 
@@ -152,8 +157,9 @@ class Room:
 
     def _steepest(self):
         """Tangent of the elevation up to which all but one return in a thousand lie, in steps."""
-        planar = self.planar > _NEAREST_WALL
-        slope = np.floor(self.xyz[planar, 2] / self.planar[planar] * _SLOTS_PER_SLOPE)
+        some = sample(len(self.xyz), _SLOPES)
+        some = some[self.planar[some] > _NEAREST_WALL]
+        slope = np.floor(self.xyz[some, 2] / self.planar[some] * _SLOTS_PER_SLOPE)
         slot = np.clip(slope, -_SLOPE_SLOTS, _SLOPE_SLOTS - 1).astype(np.int64) + _SLOPE_SLOTS
         above = np.cumsum(np.bincount(slot, minlength=2 * _SLOPE_SLOTS)[::-1])
         if above[-1] == 0:
