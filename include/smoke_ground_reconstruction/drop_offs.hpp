@@ -131,7 +131,7 @@ class DropOffFinder {
   void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns,
                double depth);
   bool isMirrored(std::size_t column, double crossing) const;
-  void findWitnessed();
+  bool findWitnessed(bool twice);
   void joinNeighbors();
   void endSingleColumns(DropOffs* drops);
   void findColumns();

@@ -12,6 +12,7 @@
 #include "smoke_ground_reconstruction/floor_cells.hpp"
 #include "smoke_ground_reconstruction/floor_model.hpp"
 #include "smoke_ground_reconstruction/floor_relief.hpp"
+#include "smoke_ground_reconstruction/hidden_drops.hpp"
 #include "smoke_ground_reconstruction/posts.hpp"
 #include "smoke_ground_reconstruction/room_boundary_params.hpp"
 #include "smoke_ground_reconstruction/visibility.hpp"
@@ -92,6 +93,8 @@ class Room {
   FloorRelief& relief() { return relief_; }
   /// How far floor, or a ceiling over it, is seen in each column [m].
   const std::vector<double>& seenFloor() const { return seen_floor_; }
+  /// How far floor may be claimed in each column though smoke may hide a drop [m].
+  const std::vector<double>& certainFloor() const { return certain_floor_; }
 
  private:
   enum Flag : std::uint8_t { kLow = 1, kSoft = 2, kAtWall = 4 };
@@ -114,6 +117,8 @@ class Room {
   bool isWithinBoundary(std::size_t i) const;
   void addDropReturn(std::size_t i, bool is_floor);
   void findWallFeet();
+  void findCertainFloor();
+  bool isLowOnWall(std::size_t i) const;
   void findWallNormals();
   void findOnWalls(const ColumnDirections& directions);
 
@@ -152,7 +157,9 @@ class Room {
   DropOffFinder drop_finder_;
   DropOffs drops_;
   WallLight wall_light_;
-  std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_;
+  CertainFloor certain_finder_;
+  std::vector<std::uint32_t> low_wall_;  // returns per column
+  std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<std::uint32_t> slope_counts_;
   std::vector<RangeWindow> windows_;  // by column and line

@@ -39,7 +39,7 @@ void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
   drops->floor_to.assign(columns, 0.0);
   collect(returns, sensor_height, columns, depth);
   if (crossings_.isEmpty()) return;
-  findWitnessed();
+  if (!findWitnessed(true)) findWitnessed(false);
   joinNeighbors();
   endSingleColumns(drops);
   is_open_.resize(columns);
@@ -90,8 +90,10 @@ bool DropOffFinder::isMirrored(std::size_t column, double crossing) const {
   return goes_on(1) && goes_on(columns - 1);
 }
 
-/// Second nearest and second farthest crossing of each column and its neighbours.
-void DropOffFinder::findWitnessed() {
+/// Second nearest and second farthest crossing of each column and its neighbours, or the first ones
+/// if one return is witness enough. Is there any?
+bool DropOffFinder::findWitnessed(bool twice) {
+  bool is_any = false;
   const std::size_t columns = crossings_.columns();
   first_.assign(columns, kInfinity);
   last_.assign(columns, -kInfinity);
@@ -107,10 +109,12 @@ void DropOffFinder::findWitnessed() {
         farthest = std::max(farthest, *range);
       }
     }
-    if (near == kInfinity) continue;
-    first_[c] = near;
-    last_[c] = std::max(near, far);
+    if (nearest == kInfinity || (twice && near == kInfinity)) continue;
+    is_any = true;
+    first_[c] = twice ? near : nearest;
+    last_[c] = twice ? std::max(near, far) : farthest;
   }
+  return is_any;
 }
 
 /// Columns between two that see a drop see the wider of both.

@@ -66,6 +66,7 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
     const double distance = room.profile().distance[c];
     const double open_end = std::max(room.seenFloor()[c], room.drops().floor_to[c]);
     limit[c] = distance > 0.0 ? std::max(0.0, distance - kAtWall) : open_end;
+    limit[c] = std::min(limit[c], room.certainFloor()[c]);
   }
   findMeasured(room);
   gatherMeasured(room);
@@ -407,8 +408,8 @@ void FloorCompletion::outline(const Room& room, const Mounting& mounting,
   for (std::size_t c = 0; c < columns; ++c) {
     const double r = radius(c);
     if (!(r > 0.0) && !(radius((c + columns - 1) % columns) > 0.0)) continue;
-    const bool ends_at_wall =
-        r > 0.0 && r >= claim_.limit[c] && claim_.limit[c] <= room.profile().distance[c];
+    const double distance = room.profile().distance[c];
+    const bool ends_at_wall = r > 0.0 && r >= std::max(0.0, distance - kAtWall) && r <= distance;
     const double x = r * directions_.middle[c].cosine;
     const double y = r * directions_.middle[c].sine;
     const auto level = toLevel(level_from_upright, static_cast<float>(x), static_cast<float>(y),

@@ -231,6 +231,7 @@ void Room::findWalls(const ColumnDirections& directions) {
                        params_.max_bridge_ratio, &profile_);
   findOnWalls(directions);
   findDrops(directions);
+  findCertainFloor();
   const bool drops = std::any_of(drops_.begin.begin(), drops_.begin.end(),
                                  [](double begin) { return begin < kInfinity; });
   if (drops) return;
@@ -314,6 +315,7 @@ void Room::findSeen() {
     if (is_counted || isSoft(i) || !relief_.isRiser(at.x[i], at.y[i], height(i))) continue;
     farthest_.add(column(i), planar(i));
   }
+  farthest_.find(0, &own_floor_);
   farthest_.find(2, &seen_floor_);
   findSeenCeiling();
 }
@@ -405,14 +407,28 @@ void Room::findWallFeet() {
   wall_feet_.column.clear();
   wall_feet_.height.clear();
   for (const std::uint32_t i : near_) {
-    const double height = returns_.height[i];
-    if (!(height > WallFeet::kLowest) || isSoft(i)) continue;
     const double distance = profile_.distance[column(i)];
-    if (!(height < std::min(WallFeet::kHighest, WallFeet::kSteepest * distance))) continue;
-    if (!(std::fabs(returns_.planar[i] - distance) < WallFeet::kOffWall)) continue;
+    if (!isLowOnWall(i) || !(returns_.height[i] < WallFeet::kSteepest * distance)) continue;
     wall_feet_.column.push_back(returns_.column[i]);
     wall_feet_.height.push_back(returns_.height[i]);
   }
+}
+
+/// Is it a return of the boundary's walls from low down?
+bool Room::isLowOnWall(std::size_t i) const {
+  const double height = returns_.height[i];
+  if (!(height > WallFeet::kLowest) || !(height < WallFeet::kHighest) || isSoft(i)) return false;
+  return std::fabs(returns_.planar[i] - profile_.distance[column(i)]) < WallFeet::kOffWall;
+}
+
+void Room::findCertainFloor() {
+  if (!certain_finder_.isInDoubt(own_floor_, profile_.distance, drops_, -plane_[2])) {
+    certain_floor_.assign(own_floor_.size(), kInfinity);
+    return;
+  }
+  low_wall_.assign(own_floor_.size(), 0);
+  for (const std::uint32_t i : near_) low_wall_[column(i)] += isLowOnWall(i) ? 1U : 0U;
+  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, &certain_floor_);
 }
 
 /// Of the walls that bound the room.

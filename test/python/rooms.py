@@ -72,6 +72,17 @@ def glass_front(range_noise=0.0, seed=0):
     return inside._replace(xyz=np.where(through[:, None], outside.xyz, inside.xyz))
 
 
+def thick_smoke(view):
+    """A scan without floor farther than 1.6 m, without anything above it from 100 to 260 deg, and
+    without the lower half of what stands 20 deg to either side of that."""
+    azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0])) % 360.0
+    planar = np.linalg.norm(view.xyz[:, :2].astype(np.float64), axis=1)
+    is_floor = view.xyz[:, 2] < -SENSOR_HEIGHT + 0.01
+    gone = np.abs(azimuth - 180.0) < 80.0
+    gone |= (np.abs(azimuth - 180.0) < 100.0) & (view.xyz[:, 2] < 0.3)
+    return view.select(np.where(is_floor, planar < 1.6, ~gone))
+
+
 def smoke_ball(count, seed, radius=0.8):
     """Low-intensity returns thronging around the sensor."""
     rng = np.random.default_rng(seed)

@@ -98,6 +98,14 @@ def test_few_returns(core, count):
     assert_parity(core, column[lowest], planar[lowest], height[lowest], is_floor[lowest], WALLS)
 
 
+def test_a_single_return_from_below(core):
+    column, planar, height, is_floor = seeded_drop(0)
+    keep = is_floor.copy()
+    keep[np.flatnonzero(~is_floor)[0]] = True
+    drops = assert_parity(core, column[keep], planar[keep], height[keep], is_floor[keep], WALLS)
+    assert np.isfinite(drops.begin).any()
+
+
 def test_a_column_without_direction_is_refused(core):
     one = np.zeros(1, np.float32)
     with pytest.raises(ValueError, match="a column has no direction: 900"):

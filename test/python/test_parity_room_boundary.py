@@ -115,6 +115,11 @@ def test_rooms_half_hidden(core):
     assert len(set(np.concatenate([result.profile.kind for result in found]))) > 1
 
 
+def test_thick_smoke(core):
+    found = assert_parity(core, rooms.thick_smoke(box(noise=0.0)))
+    assert np.any(found.limit[found.profile.distance > 2.5] < 2.0)
+
+
 @pytest.mark.parametrize("knows", [True, False], ids=["known", "found"])
 def test_tilted_sensor(core, knows):
     view, rotation = turned(box(), 2.0, -3.0)

@@ -8,9 +8,10 @@ import pytest
 import rooms
 from smoke_ground_reconstruction.params import Params
 from smoke_ground_reconstruction.pipeline import Pipeline
-from smoke_ground_reconstruction.reference.drop_offs import find_drop_offs
+from smoke_ground_reconstruction.reference.drop_offs import DropOffs, find_drop_offs
 from smoke_ground_reconstruction.reference.floor_model import FloorSource, fit_floor
 from smoke_ground_reconstruction.reference.floor_relief import find_relief
+from smoke_ground_reconstruction.reference.hidden_drops import certain_floor
 from smoke_ground_reconstruction.reference.label import Label
 from smoke_ground_reconstruction.reference.posts import Posts, ceiling_height
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
@@ -357,6 +358,16 @@ def test_a_return_from_below_ends_the_floor_where_its_beam_crossed_it():
     assert not drops.hides(np.full(3, 500), at).any()
 
 
+def test_one_return_from_below_is_witness_enough_where_no_two_are():
+    floor = [(2.5, 0.4 * k) for k in range(-20, 21)]
+    drops = find_drop_offs(*ledge([(3.06, 0.0)], floor), 0.7, DIRECTIONS)
+    assert drops.begin[column_at(0.0)] == pytest.approx(2.5 - 0.02, abs=0.01)
+    # Where two are, in other columns, single ones of those begin no drop.
+    behind = [(x, 100.4 + 0.4 * k) for k in range(3) for x in (-3.06, -3.4)]
+    drops = find_drop_offs(*ledge([(3.06, 0.0), *behind], floor), 0.7, DIRECTIONS)
+    assert drops.begin[column_at(0.0)] == np.inf
+
+
 def test_what_a_glossy_floor_mirrors_is_no_drop():
     # The feet of a wall at 3 m, 0.1 m high, in the mirror: their beams met the floor at 2.625 m.
     ranges = np.arange(1.0, 2.95, 0.1)
@@ -514,6 +525,56 @@ def test_no_floor_is_claimed_over_a_ledge():
 
 
 # --- ramps, platforms, openings -------------------------------------------------------------------
+
+
+# --- drops that smoke hides ----------------------------------------------------------------------
+
+HALF_KNOWN = np.where(np.arange(COLUMNS) < 100, 0.0, 4.0)  # no boundary in the first 100 columns
+LOW_FROM_300 = np.where((np.arange(COLUMNS) >= 300) & (np.arange(COLUMNS) < 700), 1, 0)
+NO_DROPS = DropOffs(np.full(COLUMNS, np.inf), np.full(COLUMNS, np.inf), np.zeros(COLUMNS))
+
+
+def certain(floor, distance=HALF_KNOWN, drops=NO_DROPS):
+    return certain_floor(np.full(COLUMNS, floor), distance, drops, LOW_FROM_300, 0.7)
+
+
+def test_in_thick_smoke_floor_beside_a_gap_is_certain_where_it_is_measured():
+    # 0.3 m beyond it, to be exact, until the wall is seen low down: four returns in five columns.
+    beside = np.ones(COLUMNS, bool)
+    beside[300 - 2 + 3 : 700 - 1] = False
+    np.testing.assert_array_equal(certain(1.5), np.where(beside, 1.8, np.inf))
+
+
+def test_in_thin_smoke_and_between_walls_all_round_no_floor_is_in_doubt():
+    assert np.all(certain(2.11) == np.inf)  # a drop is seen if floor is 3 * 0.7 m away
+    assert np.all(certain(1.5, np.full(COLUMNS, 4.0)) == np.inf)
+
+
+def test_floor_beside_a_drop_is_in_doubt_as_it_is_beside_a_gap():
+    begin = np.where(HALF_KNOWN == 0.0, 1.6, np.inf)
+    drops = DropOffs(begin, NO_DROPS.end, NO_DROPS.floor_to)
+    found = certain(1.5, np.full(COLUMNS, 4.0), drops)
+    assert found[150] == 1.8 and found[800] == 1.8 and found[400] == np.inf
+
+
+def test_an_edge_tells_of_floor_however_thick_the_smoke_is():
+    drops = DropOffs(NO_DROPS.begin, NO_DROPS.end, np.full(COLUMNS, 2.5))
+    assert certain(1.5, drops=drops)[50] == 2.5
+
+
+def test_floor_before_a_wall_of_which_no_foot_is_seen_ends_where_nothing_is_known():
+    view = rooms.thick_smoke(room_scan())
+    found = reconstruct(view)
+    # The third farthest of a column is floor 1.5 m away. From 100 deg on nothing of the wall is
+    # seen, from 80 deg on its upper half.
+    for azimuth in (85.0, 95.0):
+        assert found.limit[column_at(azimuth)] == pytest.approx(1.8, abs=0.05)
+    wall = column_at(60.0)
+    assert found.limit[wall] == pytest.approx(true_distance()[wall], abs=0.02)
+    kinds = dict(zip(columns_of(found.surface.boundary), found.surface.boundary_kind))
+    assert found.profile.kind[column_at(90.0)] == SEEN
+    assert kinds[column_at(90.0)] == LIMIT
+    assert kinds[wall] == SEEN
 
 
 def grid_of(x0, x1, y0, y1, step=0.04):

@@ -18,7 +18,7 @@ from .wall_feet import sealed_floor, steadily
 DEPTH = 0.04  # a return so far below a level floor is none of it [m]
 _DEPTH_SLOPE = 0.015  # a return so much deeper below the floor per metre is none of it
 _NEIGHBORS = 2  # columns to either side that share what they see
-_WITNESSES = 2  # returns that make a drop
+_WITNESSES = 2  # returns that make a drop; if there is none in a scan, one does
 _WIDEST_GAP = 12  # columns between two that see a drop, which then see it too
 _FLOOR_AGAIN = 3  # measured returns of floor beyond a drop
 _CLOSE = 1.0  # floor measured so near before an edge goes on up to it [m]
@@ -90,7 +90,10 @@ def find_drop_offs(
     if feet is not None:
         sealed = sealed_floor(feet, np.isfinite(own), sensor_height)
     own = np.minimum(own, np.minimum(np.roll(own, 1), np.roll(own, -1)))
-    first, last = _joined(*_witnessed(column[below], crossing, columns))
+    witnessed = _witnessed(column[below], crossing, columns, _WITNESSES)
+    if not np.isfinite(witnessed[0]).any():
+        witnessed = _witnessed(column[below], crossing, columns, 1)
+    first, last = _joined(*witnessed)
     _single_columns(first, last, floor, begin, end)
     seen = _Seen(own, first, floor, steadily(sealed))
     alone, known, ends = _along_edges(seen, directions, walls, begin, end, floor_to)
@@ -154,8 +157,8 @@ class _Floor:
         return np.max([np.roll(own, k) for k in range(-_NEIGHBORS, _NEIGHBORS + 1)], axis=0)
 
 
-def _witnessed(column, crossing, columns):
-    """Second nearest and second farthest crossing of each column and its neighbours."""
+def _witnessed(column, crossing, columns, witnesses):
+    """Nearest and farthest crossing of each column and its neighbours that so many returns show."""
     order = np.lexsort((crossing, column))
     column, crossing = column[order], crossing[order]
     begin = np.searchsorted(column, np.arange(columns + 1))
@@ -163,8 +166,8 @@ def _witnessed(column, crossing, columns):
     for c in range(columns):
         around = [(c + k) % columns for k in range(-_NEIGHBORS, _NEIGHBORS + 1)]
         near = np.sort(np.concatenate([crossing[begin[k] : begin[k + 1]] for k in around]))
-        if len(near) >= _WITNESSES:
-            first[c], last[c] = near[_WITNESSES - 1], near[-_WITNESSES]
+        if len(near) >= witnesses:
+            first[c], last[c] = near[witnesses - 1], near[-witnesses]
     return first, np.maximum(first, last)
 
 

@@ -65,6 +65,7 @@ def claim_floor(room):
     distance = room.profile.distance
     open_end = np.maximum(room.seen_floor, room.drops.floor_to)
     limit = np.where(distance > 0.0, np.maximum(0.0, distance - _AT_WALL), open_end)
+    limit = np.minimum(limit, room.certain_floor)
     measured = _measured(room, limit)
     # Drawn on to floor measured behind an opening: it goes on in between.
     behind = measured & (room.planar > limit[room.column] + BEYOND)
@@ -216,8 +217,9 @@ def outline_of(room, claim, directions, mounting):
     """
     limit = claim.limit
     radius = np.minimum(limit, room.drops.begin)
-    ends_elsewhere = (radius < limit) | (limit > room.profile.distance)
-    kind = np.where(ends_elsewhere, BoundaryKind.LIMIT_OF_KNOWLEDGE, room.profile.kind)
+    distance = room.profile.distance
+    ends_at_wall = (radius >= np.maximum(0.0, distance - _AT_WALL)) & (radius <= distance)
+    kind = np.where(ends_at_wall, room.profile.kind, BoundaryKind.LIMIT_OF_KNOWLEDGE)
     claims = radius > 0.0
     if not claims.any():
         return np.zeros((0, 3), np.float32), np.zeros(0, np.uint8)

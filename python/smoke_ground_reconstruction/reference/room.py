@@ -7,6 +7,7 @@ import numpy as np
 from .cells import cell_keys
 from .drop_offs import find_drop_offs
 from .floor_relief import FLAT, find_relief
+from .hidden_drops import certain_floor
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts
 from .sample import sample
@@ -145,6 +146,11 @@ class Room:
         if not np.isfinite(self.drops.begin).any():
             # A ceiling seen overhead has a floor beneath, unless floors are known to end here.
             self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
+        measured = self.farthest(floor | riser, beside=0)
+        low_wall = np.bincount(self.column[self._low_on_walls()], minlength=self.columns)
+        self.certain_floor = certain_floor(
+            measured, self.profile.distance, self.drops, low_wall, -self.plane[2]
+        )
 
     def _find_relief(self):
         hard = ~self.is_soft
@@ -204,10 +210,13 @@ class Room:
             self.params.drop_depth or self.tolerance + _DROP,
         )
 
+    def _low_on_walls(self):
+        near = np.abs(self.planar - self.profile.distance[self.column]) < OFF_WALL
+        return ~self.is_soft & near & (self.height > LOWEST) & (self.height < HIGHEST)
+
     def _wall_feet(self):
         distance = self.profile.distance[self.column]
-        foot = ~self.is_soft & (np.abs(self.planar - distance) < OFF_WALL)
-        foot &= (self.height > LOWEST) & (self.height < np.minimum(HIGHEST, STEEPEST * distance))
+        foot = self._low_on_walls() & (self.height < STEEPEST * distance)
         return WallFeet(self.column[foot], self.height[foot], self.profile.distance)
 
     def _wall_normals(self):
