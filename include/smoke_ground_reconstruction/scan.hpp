@@ -35,6 +35,8 @@ struct Scan {
 
   /// Copies a view, rotating coordinates into the level frame.
   explicit Scan(const ScanView& view, const Mounting& mounting = Mounting());
+  /// The same into the memory of this one.
+  void assign(const ScanView& view, const Mounting& mounting = Mounting());
 
   std::size_t size() const { return x.size(); }
   std::array<float, 3> point(std::size_t i) const { return {x[i], y[i], z[i]}; }

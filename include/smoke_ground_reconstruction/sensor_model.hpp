@@ -27,6 +27,8 @@ class SensorModel {
   /// scan with three returns does not overrule a clear one. Invalid points and points on the
   /// vertical axis tell nothing. O(n).
   void observe(const ScanView& scan);
+  /// The same where the points of its rings were counted before.
+  void observe(const ScanView& scan, const std::vector<std::size_t>& points_by_ring);
 
   /// Place of a ring in elevation order, 0 the lowest; kNoRank for a ring never seen.
   /// Equal elevations are ordered by ring number.
@@ -54,6 +56,10 @@ class SensorModel {
   std::vector<std::uint16_t> rings_by_elevation_;
   std::vector<std::uint16_t> rank_of_ring_;
 };
+
+/// How many points each ring has that may tell its elevation: all but those on the vertical axis,
+/// which drivers fill up with where nothing came back. O(n).
+void countPointsByRing(const ScanView& scan, std::vector<std::size_t>* points);
 
 /// Ring numbers for a cloud whose driver sends none: points are grouped by elevation, ring 0 the
 /// lowest, a new ring wherever two neighbouring elevations are more than 0.15 deg apart. Where the

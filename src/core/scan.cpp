@@ -82,13 +82,12 @@ std::array<float, 3> Mounting::toSensor(float x, float y, float z) const {
           weightedSum(r[2], x, r[5], y, r[8], z)};
 }
 
-Scan::Scan(const ScanView& view, const Mounting& mounting)
-    : x(view.size),
-      y(view.size),
-      z(view.size),
-      intensity(view.size),
-      ring(view.size),
-      valid(view.size) {
+Scan::Scan(const ScanView& view, const Mounting& mounting) { assign(view, mounting); }
+
+void Scan::assign(const ScanView& view, const Mounting& mounting) {
+  for (auto* values : {&x, &y, &z, &intensity}) values->resize(view.size);
+  ring.resize(view.size);
+  valid.resize(view.size);
   copyFields(view, x.data(), y.data(), z.data(), intensity.data(), ring.data());
   findReturns(x.data(), y.data(), z.data(), view.size, valid.data());
   if (mounting.isLevel()) return;

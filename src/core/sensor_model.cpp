@@ -21,18 +21,6 @@ bool tellsElevation(const ScanView& scan, std::size_t i) {
          scan.ring[i] != SensorModel::kNoRank;
 }
 
-/// How many points each ring has that may tell its elevation: all but those on the vertical axis,
-/// which drivers fill up with where nothing came back.
-void countByRing(const ScanView& scan, std::vector<std::size_t>* points) {
-  for (std::size_t i = 0; i < scan.size; ++i) {
-    const std::uint16_t ring = scan.ring[i];
-    if (ring == SensorModel::kNoRank) continue;
-    if (ring >= points->size()) points->resize(ring + 1U);
-    (*points)[ring] +=
-        static_cast<std::size_t>(scan.x[i] != 0.0F) | static_cast<std::size_t>(scan.y[i] != 0.0F);
-  }
-}
-
 /// How many points of some rings tell their elevation.
 void countTelling(const ScanView& scan, const std::vector<std::uint8_t>& is_wanted,
                   std::vector<std::size_t>* points) {
@@ -109,6 +97,17 @@ void cutIntoSteps(const std::vector<Elevation>& sorted, std::vector<std::uint16_
 
 }  // namespace
 
+void countPointsByRing(const ScanView& scan, std::vector<std::size_t>* points) {
+  points->clear();
+  for (std::size_t i = 0; i < scan.size; ++i) {
+    const std::uint16_t ring = scan.ring[i];
+    if (ring == SensorModel::kNoRank) continue;
+    if (ring >= points->size()) points->resize(ring + 1U);
+    (*points)[ring] +=
+        static_cast<std::size_t>(scan.x[i] != 0.0F) | static_cast<std::size_t>(scan.y[i] != 0.0F);
+  }
+}
+
 SensorModel SensorModel::fromElevations(const std::vector<double>& elevation_deg) {
   require(elevation_deg.size() <= kNoRank, "the number of beams", "at most 65535",
           elevation_deg.size());
@@ -125,10 +124,16 @@ SensorModel SensorModel::fromElevations(const std::vector<double>& elevation_deg
 
 void SensorModel::observe(const ScanView& scan) {
   Recycled<std::size_t> points;
-  countByRing(scan, &points);
-  if (points.size() > beams_.size()) beams_.resize(points.size());
+  countPointsByRing(scan, &points);
+  observe(scan, points);
+}
+
+void SensorModel::observe(const ScanView& scan, const std::vector<std::size_t>& points_by_ring) {
+  if (points_by_ring.size() > beams_.size()) beams_.resize(points_by_ring.size());
   Recycled<std::uint8_t> is_wanted;
-  if (!findRisingRings(points, &is_wanted)) return;  // few rings of few scans have more than ever
+  // Few rings of few scans have more than ever.
+  if (!findRisingRings(points_by_ring, &is_wanted)) return;
+  Recycled<std::size_t> points(points_by_ring.size());
   countTelling(scan, is_wanted, &points);
   if (!findRisingRings(points, &is_wanted)) return;
   Recycled<std::size_t> begin;

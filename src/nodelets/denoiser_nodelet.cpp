@@ -9,6 +9,7 @@
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
 #include "smoke_ground_reconstruction/ros/message_pool.hpp"
+#include "smoke_ground_reconstruction/ros/scan_layout.hpp"
 #include "smoke_ground_reconstruction/ros/tunable_params.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -34,14 +35,16 @@ class DenoiserNodelet : public LazyNodelet {
 
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& msg) {
     health().inputArrived();
-    handleScan(msg->header, [&](StageTiming& timing) { return denoise(*msg, timing); });
+    handleScan(msg->header, [&](StageTiming& timing) { return denoise(msg, timing); });
   }
 
-  Kept denoise(const sensor_msgs::PointCloud2& msg, StageTiming& timing) {
-    timing.received(msg);
-    const CloudView cloud(msg);
-    if (!cloud.hasRing()) warnOfDerivedRings(msg);
-    const Scan scan(cloud.scan());
+  Kept denoise(const sensor_msgs::PointCloud2ConstPtr& msg, StageTiming& timing) {
+    timing.received(*msg);
+    const CloudView cloud(*msg);
+    if (!cloud.hasRing()) warnOfDerivedRings(*msg);
+    const auto layout = layouts_.take(msg, cloud);
+    const Scan own(layout ? ScanView() : cloud.scan());
+    const Scan& scan = layout ? layout->scan : own;
     timing.finish("organise", cloud.size(), cloud.size());
 
     const auto labels = AgdorFilter(*params_->get(), makeKdTreeCounter).classify(scan);
@@ -49,9 +52,10 @@ class DenoiserNodelet : public LazyNodelet {
         static_cast<std::size_t>(std::count(labels.begin(), labels.end(), Label::kKept));
     timing.finish("denoise", cloud.size(), kept);
 
+    if (layout) layout->labels = labels;
     const auto rings = missingRing(cloud);
     publishIfHeard(denoised_pub_, timing, [&] {
-      return selectPoints(cloud, labels, Label::kKept, rings, denoised_pool_.take());
+      return selectPoints(cloud, labels, Label::kKept, rings, denoised_pool_.take(layout));
     });
     publishIfHeard(noise_pub_, timing, [&] {
       return selectPoints(cloud, labels, Label::kNoise, rings, noise_pool_.take());
@@ -63,7 +67,9 @@ class DenoiserNodelet : public LazyNodelet {
   std::unique_ptr<TunableParams<DenoiserConfig>> params_;
   ros::Publisher denoised_pub_;
   ros::Publisher noise_pub_;
-  MessagePool<sensor_msgs::PointCloud2> denoised_pool_, noise_pool_;
+  LayoutPool layouts_;
+  CarrierPool denoised_pool_;
+  MessagePool<sensor_msgs::PointCloud2> noise_pool_;
   ros::Subscriber input_sub_;
 };
 

@@ -19,6 +19,7 @@
 #include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/ros/mounting_source.hpp"
 #include "smoke_ground_reconstruction/ros/room_findings.hpp"
+#include "smoke_ground_reconstruction/ros/scan_layout.hpp"
 #include "smoke_ground_reconstruction/ros/sensor_models.hpp"
 #include "smoke_ground_reconstruction/ros/surface_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/tunable_params.hpp"
@@ -105,7 +106,7 @@ class ReconstructorNodelet : public LazyNodelet {
   void onParts(const PointCloud2ConstPtr& raw, const PointCloud2ConstPtr& ground,
                const PointCloud2ConstPtr& walls) {
     handleScan(raw->header,
-               [&](StageTiming& timing) { return fillSegments(*raw, *ground, *walls, timing); });
+               [&](StageTiming& timing) { return fillSegments(raw, ground, *walls, timing); });
   }
 
   Kept findRoom(const PointCloud2& raw, StageTiming& timing) {
@@ -141,18 +142,18 @@ class ReconstructorNodelet : public LazyNodelet {
     }
   }
 
-  Kept fillSegments(const PointCloud2& raw, const PointCloud2& ground, const PointCloud2& walls,
-                    StageTiming& timing) {
-    for (const PointCloud2* cloud : {&raw, &ground, &walls}) timing.received(*cloud);
+  Kept fillSegments(const PointCloud2ConstPtr& raw, const PointCloud2ConstPtr& ground,
+                    const PointCloud2& walls, StageTiming& timing) {
+    for (const PointCloud2* cloud : {raw.get(), ground.get(), &walls}) timing.received(*cloud);
     health().tell({}, "");
-    checkFrame(raw, ground, "~ground");
-    checkFrame(raw, walls, "~walls");
+    checkFrame(*raw, *ground, "~ground");
+    checkFrame(*raw, walls, "~walls");
     const auto params = params_->get();
-    const CloudView scan(raw);
-    const CloudView ground_view(ground);
+    const CloudView scan(*raw);
+    const CloudView ground_view(*ground);
     const CloudView walls_view(walls);
-    const Mounting mounting = mounting_->at(raw.header, params->sensor_height);
-    const SensorModel& sensor = sensors_->observe(raw.header.frame_id, scan.scan());
+    const Mounting mounting = mounting_->at(raw->header, params->sensor_height);
+    const SensorModel& sensor = observe(raw, scan.scan(), layoutOf(ground));
     timing.finish("organise", scan.size(), scan.size());
 
     const FloorSurface surface =
@@ -163,8 +164,16 @@ class ReconstructorNodelet : public LazyNodelet {
     const auto grid = [&] {
       return rasterize(surface, walls_view.scan(), mounting, params->occupancy_resolution);
     };
-    publishFloor(raw.header, surface, mounting, grid, timing);
+    publishFloor(raw->header, surface, mounting, grid, timing);
     return {scan.size(), surface.size()};
+  }
+
+  /// \param layout  came with what was cut from a scan, which may be another one.
+  const SensorModel& observe(const PointCloud2ConstPtr& raw, const ScanView& scan,
+                             const ScanLayoutConstPtr& layout) {
+    const std::string& frame = raw->header.frame_id;
+    if (!layout || layout->message != raw) return sensors_->observe(frame, scan);
+    return sensors_->observe(frame, scan, layout->points_by_ring);
   }
 
   /// \param make_grid  makes the occupancy grid, called where somebody listens for it.

@@ -11,6 +11,7 @@
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
 #include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/ros/mounting_source.hpp"
+#include "smoke_ground_reconstruction/ros/scan_layout.hpp"
 #include "smoke_ground_reconstruction/ros/sensor_models.hpp"
 #include "smoke_ground_reconstruction/ros/tunable_params.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
@@ -63,22 +64,38 @@ class SegmenterNodelet : public LazyNodelet {
 
   void onCloud(const sensor_msgs::PointCloud2ConstPtr& msg) {
     health().inputArrived();
-    handleScan(msg->header, [&](StageTiming& timing) { return segment(*msg, timing); });
+    handleScan(msg->header, [&](StageTiming& timing) { return segment(msg, timing); });
   }
 
-  Kept segment(const sensor_msgs::PointCloud2& msg, StageTiming& timing) {
-    const auto params = params_->get();
-    timing.received(msg);
-    const CloudView cloud(msg);
-    if (!cloud.hasRing()) warnOfDerivedRings(msg);
-    const SensorModel& sensor = sensors_->observe(msg.header.frame_id, cloud.scan());
-    const Scan scan(cloud.scan(), mounting_->at(msg.header, Mounting().sensor_height));
-    timing.finish("organise", cloud.size(), cloud.size());
+  Kept segment(const sensor_msgs::PointCloud2ConstPtr& msg, StageTiming& timing) {
+    timing.received(*msg);
+    const Mounting mounting = mounting_->at(msg->header, Mounting().sensor_height);
+    if (const auto layout = layoutOf(msg)) {
+      const CloudView cloud(*layout->message);
+      const SensorModel& sensor =
+          sensors_->observe(msg->header.frame_id, cloud.scan(), layout->points_by_ring);
+      const Scan turned(mounting.isLevel() ? ScanView() : cloud.scan(), mounting);
+      const Scan& scan = mounting.isLevel() ? layout->scan : turned;
+      return segment(cloud, scan, layout->labels, sensor, layout, timing);
+    }
+    const CloudView cloud(*msg);
+    if (!cloud.hasRing()) warnOfDerivedRings(*msg);
+    const SensorModel& sensor = sensors_->observe(msg->header.frame_id, cloud.scan());
+    const Scan scan(cloud.scan(), mounting);
+    return segment(cloud, scan, returnsOf(scan), sensor, nullptr, timing);
+  }
 
-    auto labels = ChannelSegmentation(params->segmentation).classify(scan, returnsOf(scan), sensor);
+  /// \param cloud  the denoised points, or the scan that they were cut from with their labels.
+  Kept segment(const CloudView& cloud, const Scan& scan, const std::vector<Label>& denoised,
+               const SensorModel& sensor, const ScanLayoutConstPtr& layout, StageTiming& timing) {
+    const auto params = params_->get();
+    const std::size_t size = count(denoised, Label::kKept);
+    timing.finish("organise", size, size);
+
+    auto labels = ChannelSegmentation(params->segmentation).classify(scan, denoised, sensor);
     const std::size_t walls = count(labels, Label::kWall);
     const std::size_t ground = count(labels, Label::kGround);
-    timing.finish("segment", cloud.size(), ground + walls);
+    timing.finish("segment", size, ground + walls);
 
     const auto clusters =
         WallClustering(params->clustering, findComponentsWithPcl).cluster(scan, labels);
@@ -86,16 +103,17 @@ class SegmenterNodelet : public LazyNodelet {
     const std::size_t kept = ground + count(labels, Label::kWall);
     timing.finish("cluster", walls, kept - ground);
 
-    publish(cloud, labels, clusters, timing);
+    publish(cloud, labels, clusters, layout, timing);
     timing.finish("publish", kept, kept);
-    return {cloud.size(), kept};
+    return {size, kept};
   }
 
   void publish(const CloudView& cloud, const std::vector<Label>& labels,
-               const std::vector<std::uint32_t>& clusters, StageTiming& timing) {
+               const std::vector<std::uint32_t>& clusters, const ScanLayoutConstPtr& layout,
+               StageTiming& timing) {
     auto fields = missingRing(cloud);
     publishIfHeard(ground_pub_, timing, [&] {
-      return selectPoints(cloud, labels, Label::kGround, fields, ground_pool_.take());
+      return selectPoints(cloud, labels, Label::kGround, fields, ground_pool_.take(layout));
     });
     fields.push_back(AppendedField::of("cluster", clusters));
     publishIfHeard(walls_pub_, timing, [&] {
@@ -108,7 +126,8 @@ class SegmenterNodelet : public LazyNodelet {
   std::unique_ptr<TunableParams<SegmenterConfig>> params_;
   ros::Publisher ground_pub_;
   ros::Publisher walls_pub_;
-  MessagePool<sensor_msgs::PointCloud2> ground_pool_, walls_pool_;
+  CarrierPool ground_pool_;
+  MessagePool<sensor_msgs::PointCloud2> walls_pool_;
   ros::Subscriber input_sub_;
 };
 

@@ -287,6 +287,13 @@ void CloudView::readRing() {
   scan_.ring = StridedField<std::uint16_t>(converted_rings_.data(), sizeof(std::uint16_t));
 }
 
+bool CloudView::isReadInPlace() const {
+  const bool is_converted =
+      std::any_of(converted_.begin(), converted_.end(),
+                  [](const std::vector<float>& field) { return !field.empty(); });
+  return has_ring_ && packed_.empty() && !is_converted && converted_rings_.empty();
+}
+
 AppendedField AppendedField::of(const std::string& name, const std::vector<std::uint16_t>& values) {
   return {name, PointField::UINT16, sizeof(std::uint16_t), values.data()};
 }

@@ -35,9 +35,20 @@ SensorModels::SensorModels(const ros::NodeHandle& nh) {
 }
 
 const SensorModel& SensorModels::observe(const std::string& frame_id, const ScanView& scan) {
-  SensorModel& model = models_.emplace(frame_id, seed_).first->second;
+  SensorModel& model = modelOf(frame_id);
   model.observe(scan);
   return model;
+}
+
+const SensorModel& SensorModels::observe(const std::string& frame_id, const ScanView& scan,
+                                         const std::vector<std::size_t>& points_by_ring) {
+  SensorModel& model = modelOf(frame_id);
+  model.observe(scan, points_by_ring);
+  return model;
+}
+
+SensorModel& SensorModels::modelOf(const std::string& frame_id) {
+  return models_.emplace(frame_id, seed_).first->second;
 }
 
 }  // namespace smoke_ground_reconstruction

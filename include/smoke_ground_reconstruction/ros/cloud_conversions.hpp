@@ -40,6 +40,9 @@ class CloudView {
   std::size_t size() const { return scan_.size; }
   const sensor_msgs::PointCloud2& message() const { return cloud_; }
 
+  /// Nothing had to be converted, packed or derived.
+  bool isReadInPlace() const;
+
   /// False: the driver sends no `ring`, and scan().ring was derived from elevation.
   bool hasRing() const { return has_ring_; }
   /// Derived rings, one per point; empty where the message has them.

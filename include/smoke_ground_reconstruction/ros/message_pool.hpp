@@ -4,6 +4,8 @@
 #include <boost/make_shared.hpp>
 #include <boost/shared_ptr.hpp>
 #include <cstddef>
+#include <functional>
+#include <utility>
 #include <vector>
 
 namespace smoke_ground_reconstruction {
@@ -14,24 +16,43 @@ namespace smoke_ground_reconstruction {
 template <typename Message>
 class MessagePool {
  public:
+  using Pointer = boost::shared_ptr<Message>;
+
+  /// \param make  makes a message.
+  explicit MessagePool(std::function<Pointer()> make = [] { return boost::make_shared<Message>(); })
+      : make_(std::move(make)) {}
+
   /// A message that the caller alone holds, of whatever content. As long as anybody keeps it, it
   /// is not handed out again.
-  boost::shared_ptr<Message> take() {
+  Pointer take() {
     for (const auto& message : messages_) {
-      if (message.use_count() != 1) continue;
-      std::atomic_thread_fence(std::memory_order_acquire);  // after the last look of another thread
-      return message;
+      if (isIdle(message)) return message;
     }
-    const auto fresh = boost::make_shared<Message>();
+    const auto fresh = make_();
     if (messages_.size() < kMost) messages_.push_back(fresh);
     return fresh;
   }
 
+  /// Calls visit(message) for each kept message that nobody else holds.
+  template <typename Visit>
+  void forEachIdle(const Visit& visit) const {
+    for (const auto& message : messages_) {
+      if (isIdle(message)) visit(message);
+    }
+  }
+
  private:
+  static bool isIdle(const Pointer& message) {
+    if (message.use_count() != 1) return false;
+    std::atomic_thread_fence(std::memory_order_acquire);  // after the last look of another thread
+    return true;
+  }
+
   // More in flight than this come from who keeps scans, or falls behind, and go with him.
   static constexpr std::size_t kMost = 8;
 
-  std::vector<boost::shared_ptr<Message>> messages_;
+  std::function<Pointer()> make_;
+  std::vector<Pointer> messages_;
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -20,8 +20,13 @@ class SensorModels {
 
   /// The model of a frame after it has seen the scan.
   const SensorModel& observe(const std::string& frame_id, const ScanView& scan);
+  /// The same where the points of its rings were counted before.
+  const SensorModel& observe(const std::string& frame_id, const ScanView& scan,
+                             const std::vector<std::size_t>& points_by_ring);
 
  private:
+  SensorModel& modelOf(const std::string& frame_id);
+
   SensorModel seed_;
   std::map<std::string, SensorModel> models_;
 };
