@@ -74,6 +74,8 @@ class Room {
   /// Returns on the floor or where its relief carries them, in order.
   const std::vector<std::uint32_t>& low() const { return low_; }
   bool isSoft(std::size_t i) const { return (flags_[i] & kSoft) != 0; }
+  /// Does a low return lie on the line of a wall?
+  bool isAtWall(std::size_t i) const { return (flags_[i] & kAtWall) != 0; }
   /// Is a return's cell as level as the floor?
   bool goesOnLevel(std::size_t i) const;
   /// Is a return's cell one of floor?

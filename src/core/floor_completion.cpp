@@ -109,7 +109,8 @@ bool FloorCompletion::isMeasured(const Room& room, std::uint32_t low) const {
   if (planar <= claim_.limit[c]) return room.pastWall(low) <= -kAtWall;
   // Where nothing is known to bound the floor a cell of it will do, behind an opening a level one.
   if (room.profile().distance[c] == 0.0) return room.isFloorCell(low);
-  return planar > claim_.limit[c] + Room::kBeyond && room.goesOnLevel(low);
+  // The foot of a house over the way is no floor of this one.
+  return planar > claim_.limit[c] + Room::kBeyond && !room.isAtWall(low) && room.goesOnLevel(low);
 }
 
 /// Past a limit the floor goes on up to what is measured.

@@ -61,10 +61,12 @@ def box_room(
     return view_of(ray * distance[:, None], intensity, ring), surface
 
 
-def glass_front(range_noise=0.0, seed=0):
-    """A room of 6.5 x 5 m, seen by 16 rings from 0.7 m: behind 3.6 m of glass in the wall x = 3.2 a
-    terrace goes on 5 cm lower, up to a facade at x = 11.2."""
-    rings = np.arange(-15.0, 16.0, 2.0)
+GLASS_FRONT_RINGS = np.arange(-15.0, 16.0, 2.0)
+
+
+def glass_front(range_noise=0.0, seed=0, rings=GLASS_FRONT_RINGS):
+    """A room of 6.5 x 5 m, seen by few rings from 0.7 m: behind 3.6 m of glass in the wall x = 3.2
+    a terrace goes on 5 cm lower, up to a facade at x = 11.2."""
     inside, surface = box_room((3.2, 2.7, -3.3, -2.3), 1.9, -0.7, rings, 0.4, range_noise, seed)
     outside, _ = box_room((11.2, 10.7, -3.3, -9.0), 20.0, -0.75, rings, 0.4, range_noise, seed)
     x, y, _ = inside.xyz.T

@@ -702,6 +702,14 @@ def test_no_floor_is_claimed_behind_glass(seed):
     assert 3.15 < surface.xyz[:, 0].max() < 3.21
 
 
+def test_the_foot_of_a_house_behind_glass_is_no_floor():
+    """A ring meets the facade where the room's own floor would."""
+    at_the_foot = np.degrees(np.arctan2(-0.7, 11.2)) + np.array([-0.02, 0.0, 0.02])
+    rings = np.append(rooms.GLASS_FRONT_RINGS, at_the_foot)
+    surface = reconstruct(rooms.glass_front(0.005, 1, rings)).surface
+    assert surface.xyz[:, 0].max() < 3.21
+
+
 def test_a_level_that_each_column_shows_at_one_range_is_no_ceiling():
     column = np.repeat(np.arange(300), 2)
     height = np.full(600, 1.9)

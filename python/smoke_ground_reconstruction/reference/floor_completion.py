@@ -81,7 +81,8 @@ def _measured(room, limit):
     is_open = room.profile.distance[room.column] == 0.0
     behind = ~is_open & (room.planar > limit[room.column] + BEYOND)
     measured = level & before
-    measured |= level & behind & room.goes_on_level()
+    # The foot of a house over the way is no floor of this one.
+    measured |= level & behind & ~room.at_wall & room.goes_on_level()
     measured |= level & is_open & room.is_floor_cell()
     return measured
 
