@@ -22,6 +22,9 @@ class StridedField {
     return value;
   }
 
+  const unsigned char* data() const { return data_; }
+  std::ptrdiff_t stride() const { return stride_; }
+
  private:
   const unsigned char* data_ = nullptr;
   std::ptrdiff_t stride_ = sizeof(T);

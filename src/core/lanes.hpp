@@ -19,6 +19,29 @@ using Ints =
     std::int32_t __attribute__((vector_size(4 * kLanes)));  ///< -1 where a comparison holds
 using Bytes = std::int8_t __attribute__((vector_size(kLanes)));
 
+/// What SSE and NEON work on at once; of any processor.
+using FourFloats = float __attribute__((vector_size(16)));
+using FourInts = std::int32_t __attribute__((vector_size(16)));
+
+#if defined(__clang__)
+#define SMOKE_GROUND_SHUFFLED(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
+#else
+#define SMOKE_GROUND_SHUFFLED(a, b, i, j, k, l) __builtin_shuffle(a, b, FourInts{i, j, k, l})
+#endif
+
+/// Rows to columns.
+inline std::array<FourFloats, 4> transposed(const FourFloats& a, const FourFloats& b,
+                                            const FourFloats& c, const FourFloats& d) {
+  const FourFloats ab_low = SMOKE_GROUND_SHUFFLED(a, b, 0, 4, 1, 5);
+  const FourFloats ab_high = SMOKE_GROUND_SHUFFLED(a, b, 2, 6, 3, 7);
+  const FourFloats cd_low = SMOKE_GROUND_SHUFFLED(c, d, 0, 4, 1, 5);
+  const FourFloats cd_high = SMOKE_GROUND_SHUFFLED(c, d, 2, 6, 3, 7);
+  return {SMOKE_GROUND_SHUFFLED(ab_low, cd_low, 0, 1, 4, 5),
+          SMOKE_GROUND_SHUFFLED(ab_low, cd_low, 2, 3, 6, 7),
+          SMOKE_GROUND_SHUFFLED(ab_high, cd_high, 0, 1, 4, 5),
+          SMOKE_GROUND_SHUFFLED(ab_high, cd_high, 2, 3, 6, 7)};
+}
+
 SMOKE_GROUND_PART Floats loadLanes(const float* from) {
   Floats lanes;
   std::memcpy(&lanes, from, sizeof(lanes));

@@ -71,8 +71,8 @@ void Pipeline::process(const ScanView& view, const Mounting& mounting, PipelineR
 void Pipeline::processSegments(const ScanView& view, const Mounting& mounting,
                                PipelineResult* result) {
   Stopwatch stopwatch(&result->times);
-  sensor_.observe(view);
-  const Scan scan(view);  // the denoiser knows nothing of the mounting
+  const Scan scan(view);         // the denoiser knows nothing of the mounting
+  sensor_.observe(scan.view());  // the same points, side by side
   const bool is_level = mounting.isLevel();
   const Scan levelled(is_level ? ScanView() : view, mounting);
   const Scan& level = is_level ? scan : levelled;

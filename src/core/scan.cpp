@@ -1,7 +1,10 @@
 #include "smoke_ground_reconstruction/scan.hpp"
 
+#include <algorithm>
+#include <cstring>
 #include <numeric>
 
+#include "lanes.hpp"
 #include "multiversion.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -13,15 +16,42 @@ float weightedSum(double a, float x, double b, float y, double c, float z) {
                             c * static_cast<double>(z));
 }
 
-void copyFields(const ScanView& view, float* x, float* y, float* z, float* intensity,
-                std::uint16_t* ring) {
+/// Copies the points [begin, end).
+void copyFields(const ScanView& view, std::size_t begin, std::size_t end, float* x, float* y,
+                float* z, float* intensity, std::uint16_t* ring) {
   const ScanView from = view;  // which nothing that is written can be part of
-  for (std::size_t i = 0; i < from.size; ++i) {
+  for (std::size_t i = begin; i < end; ++i) {
     x[i] = from.x[i];
     y[i] = from.y[i];
     z[i] = from.z[i];
     intensity[i] = from.intensity[i];
     ring[i] = from.ring[i];
+  }
+}
+
+/// Do x, y, z and intensity of a point lie side by side, as most drivers pack them?
+bool isPacked(const ScanView& view) {
+  constexpr std::ptrdiff_t kSize = sizeof(float);
+  const auto lies = [&](const StridedField<float>& field, std::ptrdiff_t behind_x) {
+    return field.data() == view.x.data() + behind_x && field.stride() == view.x.stride();
+  };
+  return lies(view.y, kSize) && lies(view.z, 2 * kSize) && lies(view.intensity, 3 * kSize);
+}
+
+/// The same where isPacked(), of a multiple of four points.
+void copyPacked(const ScanView& view, std::size_t begin, std::size_t end, float* x, float* y,
+                float* z, float* intensity, std::uint16_t* ring) {
+  const StridedField<FourFloats> points(view.x.data(), view.x.stride());
+  const StridedField<std::uint16_t> from_ring = view.ring;
+  for (std::size_t i = begin; i < end; i += 4) {
+    const auto fields = transposed(points[i], points[i + 1], points[i + 2], points[i + 3]);
+    std::memcpy(x + i, &fields[0], sizeof(FourFloats));
+    std::memcpy(y + i, &fields[1], sizeof(FourFloats));
+    std::memcpy(z + i, &fields[2], sizeof(FourFloats));
+    std::memcpy(intensity + i, &fields[3], sizeof(FourFloats));
+    const std::array<std::uint16_t, 4> rings = {from_ring[i], from_ring[i + 1], from_ring[i + 2],
+                                                from_ring[i + 3]};
+    std::memcpy(ring + i, rings.data(), sizeof(rings));
   }
 }
 
@@ -63,6 +93,8 @@ void rankPoints(const Scan& scan, const std::uint8_t* use, const SensorModel& se
   }
 }
 
+constexpr std::size_t kAtOnce = 2048;  // points, which fit into the fastest memory
+
 // More places for a column and a ring are sorted in two steps.
 constexpr std::size_t kMostPlaces = 1 << 19;
 
@@ -88,8 +120,16 @@ void Scan::assign(const ScanView& view, const Mounting& mounting) {
   for (auto* values : {&x, &y, &z, &intensity}) values->resize(view.size);
   ring.resize(view.size);
   valid.resize(view.size);
-  copyFields(view, x.data(), y.data(), z.data(), intensity.data(), ring.data());
-  findReturns(x.data(), y.data(), z.data(), view.size, valid.data());
+  const bool is_packed = isPacked(view);
+  for (std::size_t begin = 0; begin < view.size; begin += kAtOnce) {
+    const std::size_t size = std::min(kAtOnce, view.size - begin);
+    const std::size_t by_four = is_packed ? size / 4 * 4 : 0;
+    copyPacked(view, begin, begin + by_four, x.data(), y.data(), z.data(), intensity.data(),
+               ring.data());
+    copyFields(view, begin + by_four, begin + size, x.data(), y.data(), z.data(), intensity.data(),
+               ring.data());
+    findReturns(&x[begin], &y[begin], &z[begin], size, &valid[begin]);
+  }
   if (mounting.isLevel()) return;
   for (std::size_t i = 0; i < view.size; ++i) {
     const auto level = mounting.toLevel(x[i], y[i], z[i]);

@@ -98,13 +98,20 @@ void cutIntoSteps(const std::vector<Elevation>& sorted, std::vector<std::uint16_
 }  // namespace
 
 void countPointsByRing(const ScanView& scan, std::vector<std::size_t>* points) {
+  const ScanView from = scan;  // which no count can be part of
   points->clear();
-  for (std::size_t i = 0; i < scan.size; ++i) {
-    const std::uint16_t ring = scan.ring[i];
-    if (ring == SensorModel::kNoRank) continue;
-    if (ring >= points->size()) points->resize(ring + 1U);
-    (*points)[ring] +=
-        static_cast<std::size_t>(scan.x[i] != 0.0F) | static_cast<std::size_t>(scan.y[i] != 0.0F);
+  std::size_t* count = points->data();
+  std::size_t rings = 0;
+  for (std::size_t i = 0; i < from.size; ++i) {
+    const std::uint16_t ring = from.ring[i];
+    if (ring >= rings) {  // seldom
+      if (ring == SensorModel::kNoRank) continue;
+      rings = ring + 1U;
+      points->resize(rings);
+      count = points->data();
+    }
+    const bool is_off_axis = (from.x[i] != 0.0F) | (from.y[i] != 0.0F);
+    count[ring] += is_off_axis ? 1 : 0;
   }
 }
 

@@ -142,6 +142,42 @@ TEST(Mounting, ComesBackFromTheLevelFrame) {
   EXPECT_NEAR(back[2], 0.5, 1e-6);
 }
 
+/// x, y, z and intensity of a point side by side, as drivers pack them.
+TEST(Scan, ReadsPackedPointsAsItReadsOthers) {
+  for (const std::size_t size : {0U, 1U, 3U, 4U, 2050U}) {
+    const std::size_t step = 18;
+    std::vector<unsigned char> bytes(size * step);
+    Cloud cloud;
+    for (std::size_t i = 0; i < size; ++i) {
+      const auto n = static_cast<double>(i);
+      cloud.add(i % 7 == 3 ? static_cast<double>(kNan) : n, n + 0.25, -n, static_cast<int>(i),
+                n / 2);
+      const float fields[] = {cloud.x[i], cloud.y[i], cloud.z[i], cloud.intensity[i]};
+      std::memcpy(&bytes[i * step], fields, sizeof(fields));
+      std::memcpy(&bytes[i * step + 16], &cloud.ring[i], sizeof(std::uint16_t));
+    }
+    ScanView view;
+    view.x = {bytes.data(), step};
+    view.y = {bytes.data() + 4, step};
+    view.z = {bytes.data() + 8, step};
+    view.intensity = {bytes.data() + 12, step};
+    view.ring = {bytes.data() + 16, step};
+    view.size = size;
+    const Scan packed(view);
+    const Scan apart(cloud.view());
+    EXPECT_EQ(packed.y, cloud.y);
+    EXPECT_EQ(packed.z, cloud.z);
+    EXPECT_EQ(packed.intensity, cloud.intensity);
+    EXPECT_EQ(packed.ring, cloud.ring);
+    EXPECT_EQ(packed.valid, apart.valid);
+    ASSERT_EQ(packed.size(), size);
+    for (std::size_t i = 0; i < size; ++i) {
+      EXPECT_TRUE(packed.x[i] == cloud.x[i] || i % 7 == 3) << i;
+      EXPECT_EQ(packed.valid[i], i % 7 == 3 ? 0 : 1) << i;
+    }
+  }
+}
+
 TEST(ScanColumns, OfNothingHaveOneEmptyRangePerBin) {
   const AzimuthBins bins(90.0);
   const ScanColumns columns = allColumns(Scan{ScanView()}, bins, SensorModel());
