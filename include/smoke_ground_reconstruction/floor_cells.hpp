@@ -44,6 +44,7 @@ class CellSet {
 };
 
 /// Cells of 0.2 m that are as level as the floor, or floor, by the median of their low returns.
+/// Where these are few the cells around must be level, too.
 class LevelCells {
  public:
   LevelCells();
@@ -53,18 +54,23 @@ class LevelCells {
   /// A low return at a height over the floor [m].
   void add(double x, double y, double height);
   bool isLevel(double x, double y) const;
+  /// The same of a cell with few returns, together with those around it.
+  bool isLevelAround(double x, double y) const;
   bool isFloor(double x, double y) const;
 
  private:
-  struct Band {
-    std::uint16_t below_top = 0, below_bottom = 0;  // returns
+  template <typename Number>
+  struct BandOf {
+    Number below_top = 0, below_bottom = 0;  // returns
   };
+  using Band = BandOf<std::uint16_t>;
   struct Counts {
     std::uint16_t all = 0;
     Band level, floor;
   };
   static void count(double height, double half, Band* band);
-  static bool isMedianIn(const Band& band, std::uint16_t all);
+  template <typename Number>
+  static bool isMedianIn(const BandOf<Number>& band, Number all);
   const Counts* find(double x, double y, std::uint16_t least) const;
 
   CellGrid grid_;

@@ -57,7 +57,7 @@ class Room {
   std::size_t postReturns() const;
   /// Does the plane pass through the feet of walls, not through a floor? A fifth of its returns
   /// stand where a post of their column does; of a floor's that are few.
-  bool standsOnWalls();
+  bool standsOnWalls() const;
   /// Is a return where a post stands in its column or in the two to either side?
   bool isAtPost(std::size_t i) const;
 
@@ -107,6 +107,7 @@ class Room {
   double softGate(const std::vector<float>& intensity) const;
   void sortOut(const std::vector<float>& intensity);
   double steepest();
+  void placePosts();
   void findRelief();
   void addCarried();
   void markFeetOfWalls(const ColumnDirections& directions);

@@ -85,6 +85,25 @@ bool LevelCells::isLevel(double x, double y) const {
   return counts != nullptr && isMedianIn(counts->level, counts->all);
 }
 
+bool LevelCells::isLevelAround(double x, double y) const {
+  const Counts* own = find(x, y, 1);
+  if (own == nullptr || own->all >= kLevelPoints || !isMedianIn(own->level, own->all)) return false;
+  const auto at = static_cast<int>(own - counts_.data());
+  BandOf<std::uint32_t> band;
+  std::uint32_t all = 0;
+  for (int column = std::max(at / kAcross - 1, 0);
+       column <= std::min(at / kAcross + 1, kAcross - 1); ++column) {
+    for (int row = std::max(at % kAcross - 1, 0); row <= std::min(at % kAcross + 1, kAcross - 1);
+         ++row) {
+      const Counts& counts = counts_[static_cast<std::size_t>(column * kAcross + row)];
+      all += counts.all;
+      band.below_top += counts.level.below_top;
+      band.below_bottom += counts.level.below_bottom;
+    }
+  }
+  return all >= kLevelPoints && isMedianIn(band, all);
+}
+
 bool LevelCells::isFloor(double x, double y) const {
   const Counts* counts = find(x, y, kFloorPoints);
   return counts != nullptr && isMedianIn(counts->floor, counts->all);
@@ -98,7 +117,8 @@ const LevelCells::Counts* LevelCells::find(double x, double y, std::uint16_t lea
 }
 
 /// The median is the value at `all / 2` in ascending order.
-bool LevelCells::isMedianIn(const Band& band, std::uint16_t all) {
+template <typename Number>
+bool LevelCells::isMedianIn(const BandOf<Number>& band, Number all) {
   return band.below_top > all / 2 && band.below_bottom <= all / 2;
 }
 

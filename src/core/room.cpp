@@ -78,6 +78,7 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
   sortOut(intensity);
   wall_returns_.take(returns_, maybe_wall_, bins_.count());
   post_finder_.find(wall_returns_, &posts_);
+  placePosts();
 }
 
 /// Coordinates in the upright frame and what follows from them.
@@ -195,12 +196,15 @@ std::size_t Room::postReturns() const {
   return returns;
 }
 
-bool Room::standsOnWalls() {
+void Room::placePosts() {
   post_places_.clear(bins_.count());
   for (std::size_t k = 0; k < posts_.size(); ++k) {
     post_places_.add(posts_.column[k], posts_.distance[k]);
   }
   post_places_.sort();
+}
+
+bool Room::standsOnWalls() const {
   std::size_t at_posts = 0;
   const Sample sample(low_.size());
   for (std::size_t k = 0; k < sample.size(); ++k) {
@@ -322,7 +326,10 @@ void Room::findSeen() {
 
 bool Room::goesOnLevel(std::size_t i) const {
   if (!has_level_cells_) fillLevelCells();
-  return level_cells_.isLevel(points().x[i], points().y[i]);
+  const double x = points().x[i], y = points().y[i];
+  if (level_cells_.isLevel(x, y)) return true;
+  // One ring on a far wall is as level.
+  return level_cells_.isLevelAround(x, y) && !isAtPost(i);
 }
 
 bool Room::isFloorCell(std::size_t i) const {

@@ -115,6 +115,17 @@ def test_rooms_half_hidden(core):
     assert len(set(np.concatenate([result.profile.kind for result in found]))) > 1
 
 
+def test_floor_thinly_measured_behind_a_door(core):
+    view = box(noise=0.005, walls=(8.0, 3.0, -3.4, -3.0))
+    x, y, z = view.xyz.T
+    beside = (x > 3.4) & (np.abs(y) > 0.15 * x)  # of the wall x = 3.4 only a door is open
+    shade = np.where(beside & (x < 8.1), 3.4 / np.maximum(x, 0.1), 1.0)
+    xyz = (view.xyz * shade[:, None].astype(np.float32)).astype(np.float32)
+    thin = (x > 3.5) & ~beside & (np.arange(len(x)) % 3 != 0)
+    found = assert_parity(core, view._replace(xyz=xyz).select(~thin))
+    assert np.any(found.room.planar[found.claim.measured] > 3.7)
+
+
 def test_thick_smoke(core):
     found = assert_parity(core, rooms.thick_smoke(box(noise=0.0)))
     assert np.any(found.limit[found.profile.distance > 2.5] < 2.0)

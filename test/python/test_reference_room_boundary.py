@@ -657,20 +657,47 @@ def test_sigma_of_the_relief_grows_away_from_measured_floor_and_with_slopes():
     assert np.all(ramp[1:] > 5.0 * flat[1:])
 
 
-def test_floor_behind_an_open_door_counts_where_it_is_measured():
+def open_door():
+    """A door of 1 m in the wall x = 3.4, up to 0.6 m above the sensor: beams through it meet the
+    floor up to x = 5 or nothing."""
     view = room_scan()
     xyz = view.xyz.astype(np.float64)
-    # A door of 1 m in the wall x = 3.4, up to 1.3 m above the sensor's level less 0.7: beams
-    # through it meet the floor up to x = 5 or nothing.
     through = np.isclose(xyz[:, 0], 3.4, atol=1e-3) & (np.abs(xyz[:, 1]) < 0.5) & (xyz[:, 2] < 0.6)
     down = through & (xyz[:, 2] < 0.0)
     xyz[down] *= (-0.7 / xyz[down, 2])[:, None]
     keep = ~through | (down & (xyz[:, 0] < 5.0))
-    surface = reconstruct(view._replace(xyz=xyz.astype(np.float32)).select(keep)).surface
-    x, y, _ = surface.xyz.T
+    return view._replace(xyz=xyz.astype(np.float32)).select(keep)
+
+
+def test_floor_behind_an_open_door_counts_where_it_is_measured():
+    x, y, _ = reconstruct(open_door()).surface.xyz.T
     behind = x > 3.55
     assert 4.5 < x.max() < 5.0
     assert np.abs(y[behind] / x[behind]).max() < 0.5 / 3.4 + np.radians(2 * COLUMN_DEG)
+
+
+def one_behind_the_door(lift, *at):
+    """What is floor of the given returns behind an open door, if no others lie there."""
+    view = open_door()
+    view = view.select(view.xyz[:, 0] < 3.41)
+    places = rooms.view_of([(x, y, -0.7 + lift) for x, y in at], 15.0, 0)
+    return reconstruct(rooms.joined(view, places)).labels[len(view.xyz) :] == Label.GROUND
+
+
+def test_few_returns_behind_a_door_are_floor_where_the_cells_around_them_are():
+    cells = [(4.1, 0.1), (4.3, 0.1), (4.1, 0.3)]  # one in each of three cells of 0.2 m that touch
+    assert one_behind_the_door(0.0, *cells).all()
+    assert not one_behind_the_door(0.0, (4.1, 0.1), (4.5, 0.1), (4.9, 0.1)).any()
+    assert not one_behind_the_door(-0.02, *cells).any()  # a terrace 2 cm lower
+
+
+def test_one_ring_on_a_far_wall_is_no_floor_behind_a_door():
+    at = [(7.0, 0.15 * k) for k in range(-3, 4)]  # one or two columns to a cell
+    rows = [(x, y, -0.7 + lift) for x, y in at for lift in (0.0, 0.3, 0.5, 0.7, 0.9)]
+    view = open_door()
+    view = view.select(view.xyz[:, 0] < 3.41)
+    found = reconstruct(rooms.joined(view, rooms.view_of(rows, 60.0, 0)))
+    assert not np.any(found.labels[len(view.xyz) :] == Label.GROUND)
 
 
 def behind_a_window(floor_from, floor_to):

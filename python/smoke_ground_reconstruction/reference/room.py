@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .cells import cell_keys
+from .cells import cell_keys, cell_numbers
 from .drop_offs import find_drop_offs
 from .floor_relief import FLAT, find_relief
 from .hidden_drops import certain_floor
@@ -225,22 +225,42 @@ class Room:
         return np.column_stack([self.lines.nx[walls], self.lines.ny[walls]])
 
     def goes_on_level(self):
-        """Is a return's cell as level as the floor?"""
-        return self._in_cells(_LEVEL_SHARE, _OPENING_POINTS)
+        """Is a return's cell as level as the floor?
+
+        The median of its low returns decides. Where they are few, that of the cells around it does,
+        too, and no post may stand there: one ring on a far wall is as level.
+        """
+        low = self._level_band()
+        cell = cell_keys(self.xyz, _OPENING_CELL)
+        cells, at = np.unique(cell[low], return_inverse=True)
+        height, half = self.height[low], _LEVEL_SHARE * self.tolerance
+        below = np.ones(len(low), bool), height < half, height <= -half
+        own = np.array([np.bincount(at[which], minlength=len(cells)) for which in below])
+        around = np.zeros_like(own)
+        for step in np.ndindex(3, 3):
+            beside = cells + cell_numbers(np.array([step]) - 1)
+            place = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
+            around += np.where(cells[place] == beside, own[:, place], 0)
+        is_level, many = _is_median_between(*own), own[0] >= _OPENING_POINTS
+        around_too = (around[0] >= _OPENING_POINTS) & _is_median_between(*around)
+        found = np.isin(cell, cells[is_level & many])
+        few = np.flatnonzero(np.isin(cell, cells[is_level & ~many & around_too]))
+        at = self.column[few], self.planar[few]
+        found[few] = ~self.posts.are_at(self.columns, *at, _POSTS_BESIDE)
+        return found
+
+    def _level_band(self):
+        low = np.abs(self.height) < 5 * self.tolerance
+        return np.flatnonzero(low & (self.planar < self.params.max_range))
 
     def is_floor_cell(self):
         """Is a return's cell one of floor?"""
-        return self._in_cells(1.0, _FLOOR_POINTS)
-
-    def _in_cells(self, share, points):
-        """In cells with so many low returns, their median within a share of the tolerance?"""
-        low = np.abs(self.height) < 5 * self.tolerance
-        low = np.flatnonzero(low & (self.planar < self.params.max_range))
+        low = self._level_band()
         cell = cell_keys(self.xyz, _OPENING_CELL)
         order = low[np.lexsort((self.height[low], cell[low]))]
         cells, begin, count = np.unique(cell[order], return_index=True, return_counts=True)
         median = self.height[order[begin + count // 2]]
-        good = (np.abs(median) < share * self.tolerance) & (count >= points)
+        good = (np.abs(median) < self.tolerance) & (count >= _FLOOR_POINTS)
         return np.isin(cell, cells[good])
 
     def past_wall(self):
@@ -274,6 +294,11 @@ class Room:
         ranges = np.sqrt((x * x + y * y) + z * z)
         cosine = np.abs(self.lines.nx[line] * x + self.lines.ny[line] * y) / ranges
         return estimator.estimate(line, ranges, self.intensity[wall], cosine)
+
+
+def _is_median_between(count, below_top, below_bottom):
+    """The median is the value at `count // 2` in ascending order."""
+    return (below_top > count // 2) & (below_bottom <= count // 2)
 
 
 def floor_tolerance(floor):
