@@ -11,11 +11,18 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
+/// No branches: smoke decides which points are low.
 void findCandidates(const Scan& scan, double intensity_threshold, std::vector<std::uint32_t>* low) {
-  for (std::uint32_t i = 0; i < scan.size(); ++i) {
-    const bool is_low = static_cast<double>(scan.intensity[i]) < intensity_threshold;
-    if (scan.valid[i] != 0 && is_low) low->push_back(i);
+  low->resize(scan.size() + 1);
+  const float* const intensity = scan.intensity.data();
+  const std::uint8_t* const valid = scan.valid.data();
+  std::uint32_t* next = low->data();
+  for (std::uint32_t i = 0, size = static_cast<std::uint32_t>(scan.size()); i < size; ++i) {
+    const bool is_low = static_cast<double>(intensity[i]) < intensity_threshold;
+    *next = i;
+    next += (valid[i] != 0) & is_low ? 1 : 0;
   }
+  low->resize(static_cast<std::size_t>(next - low->data()));
 }
 
 }  // namespace
@@ -46,9 +53,9 @@ AgdorFilter::AgdorFilter(const AgdorParams& params, NeighborCounterFactory kdtre
 }
 
 std::vector<Label> AgdorFilter::classify(const Scan& scan) const {
-  std::vector<Label> labels(scan.size(), Label::kInvalid);
+  std::vector<Label> labels(scan.size());
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    if (scan.valid[i] != 0) labels[i] = Label::kKept;
+    labels[i] = scan.valid[i] != 0 ? Label::kKept : Label::kInvalid;
   }
   Recycled<std::uint32_t> low;
   findCandidates(scan, params_.intensity_threshold, &low);

@@ -161,24 +161,44 @@ Tally tally(const float* x, const float* y, const float* z, const Run* runs, std
   return {sum_of(surely), sum_of(possibly)};
 }
 
-/// For each place the number of those up to kAlongRow before and behind it that are surely nearer
-/// than a radius proportional to its range.
-SMOKE_GROUND_MULTIVERSION
-void countAlong(const float* x, const float* y, const float* z, std::size_t begin, std::size_t end,
-                float squared_radius_per_range, std::int32_t* found) {
+SMOKE_GROUND_PART bool isNone(const Ints& lanes) {
+  std::array<std::uint64_t, kLanes / 2> bits;
+  std::memcpy(bits.data(), &lanes, sizeof(bits));
+  std::uint64_t any = 0;
+  for (const std::uint64_t part : bits) any |= part;
+  return any == 0;
+}
+
+/// Numbers of those up to kAlongRow places before and behind eight places that are surely nearer
+/// than a radius proportional to their ranges; fewer once all have found more than enough.
+SMOKE_GROUND_PART Ints countAlong(const float* x, const float* y, const float* z,
+                                  float squared_radius_per_range, std::int32_t more_than) {
   constexpr auto kLeast = static_cast<float>(kLeastScreened);
-  for (std::size_t i = begin; i < end; ++i) {
-    const float square = squaredRangeOf(x[i], y[i], z[i]) * squared_radius_per_range;
-    const float limit = square < kLeast ? 0.0F : square;
-    std::int32_t sum = 0;
-    for (std::size_t step = 1; step <= kAlongRow; ++step) {
-      const std::size_t a = i - step;
-      const std::size_t b = i + step;
-      const float before = squaredRangeOf(x[a] - x[i], y[a] - y[i], z[a] - z[i]);
-      const float behind = squaredRangeOf(x[b] - x[i], y[b] - y[i], z[b] - z[i]);
-      sum += (before < limit ? 1 : 0) + (behind < limit ? 1 : 0);
+  const Floats here_x = loadLanes(x), here_y = loadLanes(y), here_z = loadLanes(z);
+  const Floats square =
+      ((here_x * here_x + here_y * here_y) + here_z * here_z) * squared_radius_per_range;
+  const Floats limit = square < kLeast ? Floats{} : square;
+  Ints found = {};
+  for (std::ptrdiff_t step = 1; step <= static_cast<std::ptrdiff_t>(kAlongRow); ++step) {
+    for (const std::ptrdiff_t k : {-step, step}) {
+      const Floats dx = loadLanes(x + k) - here_x;
+      const Floats dy = loadLanes(y + k) - here_y;
+      const Floats dz = loadLanes(z + k) - here_z;
+      found -= (dx * dx + dy * dy) + dz * dz < limit;  // true is -1
     }
-    found[i] = sum;
+    if (isNone(found <= more_than)) break;
+  }
+  return found;
+}
+
+/// Which places [begin, end) find more than enough beside them; whole groups of kLanes.
+SMOKE_GROUND_MULTIVERSION
+void findCrowded(const float* x, const float* y, const float* z, std::size_t begin, std::size_t end,
+                 float squared_radius_per_range, std::int32_t more_than, std::int32_t* is_crowded) {
+  for (std::size_t i = begin; i < end; i += kLanes) {
+    const Ints found = countAlong(x + i, y + i, z + i, squared_radius_per_range, more_than);
+    const Ints is_enough = found > more_than;
+    std::memcpy(is_crowded + i, &is_enough, sizeof(is_enough));
   }
 }
 
@@ -221,14 +241,6 @@ struct LaneQueries {
 };
 
 using Tallies = std::array<std::array<std::int32_t, kLanes>, 2>;  // surely, possibly
-
-inline bool isNone(const Ints& lanes) {
-  std::array<std::uint64_t, kLanes / 2> bits;
-  std::memcpy(bits.data(), &lanes, sizeof(bits));
-  std::uint64_t any = 0;
-  for (const std::uint64_t part : bits) any |= part;
-  return any == 0;
-}
 
 /// Looks at candidates for all queries at once, until all are surely inside a crowd: they have
 /// found `enough`, and with all `left` they would not have more than `most`. Returns whether they
@@ -327,7 +339,7 @@ void WindowCounter::fillBuckets() {
 
 void WindowCounter::sortPoints(const std::vector<std::uint32_t>& bucket) {
   const std::size_t size = scan_.size();
-  for (auto* values : {&x_, &y_, &z_}) values->resize(size + 2 * kPadding);
+  for (auto* values : {&x_, &y_, &z_}) values->resize(size + 2 * kPadding + kLanes);
   place_.resize(size);
   for (std::size_t i = size; i-- > 0;) {  // backwards: the end moves to the begin
     const std::uint32_t place = --bucket_begin_[bucket[i]];
@@ -539,13 +551,17 @@ void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, cons
     const Reach reach = reachOf(2.0 * row / rows_ - 1.0, 2.0 * (row + 1) / rows_ - 1.0, k);
     for (int shell = 0; shell < shells_; ++shell) answerRow(shell, row, reach, crowd, &answers);
   }
-  for (const std::uint32_t i : points) {
+  const auto is_outside = [&](std::uint32_t i) {
+    return !isBetween(i, squaredRadius(i, k), crowd.more_than, crowd.at_most);
+  };
+  outsiders->resize(points.size());
+  std::uint32_t* next = outsiders->data();
+  for (const std::uint32_t i : points) {  // no branches but for few
     const Answer answer = answers[place_[i]];
-    const bool is_inside = answer == Answer::kInside ||
-                           (answer == Answer::kAsked &&
-                            isBetween(i, squaredRadius(i, k), crowd.more_than, crowd.at_most));
-    if (!is_inside) outsiders->push_back(i);
+    *next = i;
+    next += answer == Answer::kOutside || (answer == Answer::kAsked && is_outside(i)) ? 1 : 0;
   }
+  outsiders->resize(static_cast<std::size_t>(next - outsiders->data()));
 }
 
 /// Answers the queries of points that find more than enough beside them.
@@ -553,12 +569,12 @@ void WindowCounter::answerBeside(const Crowd& crowd, std::vector<Answer>* answer
   const std::uint32_t end = bucket_begin_.back();
   if (crowd.more_than >= 2 * kAlongRow || crowd.at_most < end) return;
   const double squared = crowd.radius_per_range * crowd.radius_per_range;
-  Recycled<std::int32_t> at_least(end);
-  countAlong(x_.data(), y_.data(), z_.data(), kPadding, end,
-             static_cast<float>(squared * (1.0 - 4.0 * kScreenMargin)), at_least.data());
-  const auto more_than = static_cast<std::int32_t>(crowd.more_than);
+  Recycled<std::int32_t> is_crowded(end + kLanes);
+  findCrowded(x_.data(), y_.data(), z_.data(), kPadding, end,
+              static_cast<float>(squared * (1.0 - 4.0 * kScreenMargin)),
+              static_cast<std::int32_t>(crowd.more_than), is_crowded.data());
   for (std::uint32_t at = kPadding; at < end; ++at) {
-    (*answers)[at] = at_least[at] > more_than ? Answer::kInside : (*answers)[at];
+    (*answers)[at] = is_crowded[at] != 0 ? Answer::kInside : (*answers)[at];
   }
 }
 
