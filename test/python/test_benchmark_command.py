@@ -42,6 +42,19 @@ def stages_of(folder):
     return {(s["stage"], s["engine"]): s for s in results["vlp16 heavy"]["stages"]}
 
 
+def test_recorded_scans_of_one_file_name_stay_apart(tmp_path):
+    paths = [tmp_path / sensor / "frame00.npz" for sensor in ("qt128", "os0")]
+    for number, path in enumerate(paths, start=1):
+        path.parent.mkdir()
+        column = np.full(number, 2.0, np.float32)
+        ring = np.zeros(number, np.uint16)
+        np.savez(path, x=column, y=column, z=column, intensity=column, ring=ring)
+    arguments = SimpleNamespace(sensors=(), levels=(), input=[str(path) for path in paths])
+    cases = list(benchmark._cases(arguments))
+    assert [case.name for case in cases] == ["qt128/frame00", "os0/frame00"]
+    assert [len(case.scans[0]) for case in cases] == [1, 2]
+
+
 def test_every_stage_is_timed(folder):
     names = {stage for stage, _ in stages_of(folder)}
     assert {"decode", "observe", "denoise A", "denoise B", "segment"} <= names

@@ -180,7 +180,8 @@ def _recorded(path: str) -> Case:
     from smoke_ground_reconstruction.io import files
 
     scans = [packed(scan, np.ones(len(scan.ring), bool)) for scan in files.open_scans(path)]
-    return Case(Path(path).name, scans)
+    file = Path(path).resolve()  # a sensor's folder, and the scan
+    return Case(f"{file.parent.name}/{file.stem}", scans)
 
 
 def packed(scan, chosen: np.ndarray) -> np.ndarray:
