@@ -97,17 +97,13 @@ class CeilingFinder {
   /// return weighted by its range (near ones are dense). A column shows a ceiling at several
   /// ranges, but of a wall only one ring hits a level: so a sensor that looks no higher than the
   /// walls sees none. Some thousand returns stand for all, if they show one. O(n).
-  /// \param chosen  at least the returns higher than kLowest, in order.
-  double find(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
-              std::size_t columns);
+  double find(const UprightReturns& returns, std::size_t columns);
 
   static constexpr double kLowest = 1.6;  ///< above the floor [m]
 
  private:
-  double findAmong(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
-                   const Sample& sample, std::size_t columns);
-  void collectHigh(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
-                   const Sample& sample);
+  double findAmong(const UprightReturns& returns, const Sample& sample, std::size_t columns);
+  void collectHigh(const UprightReturns& returns, const Sample& sample);
   bool isWide() const;
 
   std::vector<float> nearest_, farthest_;  // of the level, by column

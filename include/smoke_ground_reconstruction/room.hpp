@@ -14,12 +14,16 @@
 #include "smoke_ground_reconstruction/floor_relief.hpp"
 #include "smoke_ground_reconstruction/hidden_drops.hpp"
 #include "smoke_ground_reconstruction/posts.hpp"
+#include "smoke_ground_reconstruction/return_kind.hpp"
 #include "smoke_ground_reconstruction/room_boundary_params.hpp"
 #include "smoke_ground_reconstruction/visibility.hpp"
 #include "smoke_ground_reconstruction/wall_lines.hpp"
 #include "smoke_ground_reconstruction/wall_profile.hpp"
 
 namespace smoke_ground_reconstruction {
+
+class OrderedSum;
+class Sample;
 
 /// How far some returns are seen in each column: the third farthest of the column, or of one
 /// beside it, tells. Not all rings fire in each column.
@@ -73,9 +77,9 @@ class Room {
   float height(std::size_t i) const { return returns_.height[i]; }
   /// Returns on the floor or where its relief carries them, in order.
   const std::vector<std::uint32_t>& low() const { return low_; }
-  bool isSoft(std::size_t i) const { return (flags_[i] & kSoft) != 0; }
+  bool isSoft(std::size_t i) const { return (flags_[i] & ReturnKind::kSoft) != 0; }
   /// Does a low return lie on the line of a wall?
-  bool isAtWall(std::size_t i) const { return (flags_[i] & kAtWall) != 0; }
+  bool isAtWall(std::size_t i) const { return (flags_[i] & ReturnKind::kAtWall) != 0; }
   /// Is a return's cell as level as the floor?
   bool goesOnLevel(std::size_t i) const;
   /// Is a return's cell one of floor?
@@ -99,12 +103,11 @@ class Room {
   const std::vector<double>& certainFloor() const { return certain_floor_; }
 
  private:
-  enum Flag : std::uint8_t { kLow = 1, kSoft = 2, kAtWall = 4 };
   using Indices = std::vector<std::uint32_t>;
 
   void takeIn(const Points& level);
-  void pickByHeight();
   double softGate(const std::vector<float>& intensity) const;
+  OrderedSum floorStrength(const std::vector<float>& intensity, const Sample& sample) const;
   void sortOut(const std::vector<float>& intensity);
   double steepest();
   void placePosts();
@@ -132,10 +135,10 @@ class Room {
   Points turned_;
   UprightReturns returns_;
   std::vector<std::uint32_t> bin_;
-  std::vector<std::uint8_t> flags_;
-  // Returns, in order: on the floor; below it; about its height; above it; as high as the ceiling;
-  // what of those above can be wall; what is on the boundary's walls.
-  Indices low_, deep_, near_, above_, at_ceiling_, maybe_wall_, on_walls_;
+  std::vector<std::uint8_t> flags_;  // what each return may be
+  // Returns, in order: on the floor; below it; about its height; as high as the ceiling; what can
+  // be wall; what is on the boundary's walls.
+  Indices low_, deep_, near_, at_ceiling_, maybe_wall_, on_walls_;
   std::array<double, 9> rotation_ = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::array<double, 3> plane_ = {0, 0, 0};
   WallReturns wall_returns_;

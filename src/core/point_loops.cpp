@@ -1,11 +1,28 @@
 #include "point_loops.hpp"
 
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "multiversion.hpp"
 #include "ordered.hpp"
 
 namespace smoke_ground_reconstruction {
+
+namespace {
+
+/// The single with which a single compares, as an upper bound, as it does with a double.
+float upper(double bound) {
+  const auto rounded = static_cast<float>(bound);
+  return static_cast<double>(rounded) < bound
+             ? std::nextafter(rounded, std::numeric_limits<float>::infinity())
+             : rounded;
+}
+
+/// ... as a lower bound.
+float lower(double bound) { return -upper(-bound); }
+
+}  // namespace
 
 SMOKE_GROUND_MULTIVERSION
 void turnPoints(const PointArrays& points, const std::array<double, 9>& rotation, float* x,
@@ -34,6 +51,63 @@ void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& pl
     planar[i] = static_cast<float>(std::sqrt(x * x + y * y));
     height[i] = static_cast<float>(z - ((a * x + b * y) + c));
   }
+}
+
+SMOKE_GROUND_MULTIVERSION
+void findKinds(const PointArrays& points, const float* intensity, const float* planar,
+               const float* height, const KindBounds& bounds, std::uint8_t* kind) {
+  const float low = upper(bounds.low), low_range = upper(bounds.low_range);
+  const float deep = upper(bounds.deep), above = lower(bounds.above);
+  const float near_lowest = lower(bounds.near_lowest), near_highest = upper(bounds.near_highest);
+  const float wall_highest = upper(bounds.wall_highest);
+  const float wall_nearest = lower(bounds.wall_nearest);
+  const float wall_farthest = upper(bounds.wall_farthest);
+  const float ceiling_lowest = lower(bounds.ceiling_lowest);
+  const float ceiling_highest = upper(bounds.ceiling_highest);
+  const auto soft_square = static_cast<float>(bounds.soft_square);
+  const auto soft_gate = static_cast<float>(bounds.soft_gate);
+  const PointArrays at = points;
+  for (std::size_t i = 0; i < at.size; ++i) {
+    const float h = height[i];
+    const float range = planar[i];
+    const float square = (at.x[i] * at.x[i] + at.y[i] * at.y[i]) + at.z[i] * at.z[i];
+    const int is_above = h > above ? 1 : 0;
+    const int is_weak = intensity[i] * square < soft_gate ? 1 : 0;
+    const int is_soft = is_above & is_weak & (square < soft_square ? 1 : 0);
+    const int is_low = (std::fabs(h) < low ? 1 : 0) & (range < low_range ? 1 : 0);
+    const int is_near = (h > near_lowest ? 1 : 0) & (h < near_highest ? 1 : 0);
+    const int is_within = (range > wall_nearest ? 1 : 0) & (range < wall_farthest ? 1 : 0);
+    const int may_be_wall = is_above & (is_soft ^ 1) & (h < wall_highest ? 1 : 0) & is_within;
+    const int is_at_ceiling =
+        is_above & (h > ceiling_lowest ? 1 : 0) & (h < ceiling_highest ? 1 : 0);
+    const int sum = is_low * ReturnKind::kLow + is_soft * ReturnKind::kSoft +
+                    (h < deep ? ReturnKind::kDeep : 0) + is_near * ReturnKind::kNear +
+                    may_be_wall * ReturnKind::kMayBeWall + is_at_ceiling * ReturnKind::kAtCeiling;
+    kind[i] = static_cast<std::uint8_t>(sum);
+  }
+}
+
+void listKind(const std::vector<std::uint8_t>& kinds, ReturnKind::Bit kind,
+              std::vector<std::uint32_t>* list) {
+  constexpr std::size_t kWord = 8;
+  const std::uint64_t mask = 0x0101010101010101U * kind;
+  const std::size_t size = kinds.size();
+  list->resize(size);
+  std::uint32_t* const out = list->data();
+  const std::uint8_t* const in = kinds.data();
+  std::size_t count = 0, i = 0;
+  const auto take = [&](std::size_t at) {
+    out[count] = static_cast<std::uint32_t>(at);
+    count += (in[at] & kind) != 0 ? 1U : 0U;
+  };
+  for (; i + kWord <= size; i += kWord) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, in + i, kWord);
+    if ((word & mask) == 0) continue;
+    for (std::size_t k = 0; k < kWord; ++k) take(i + k);
+  }
+  for (; i < size; ++i) take(i);
+  list->resize(count);
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -2,6 +2,10 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "smoke_ground_reconstruction/return_kind.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -20,5 +24,25 @@ void turnPoints(const PointArrays& points, const std::array<double, 9>& rotation
 /// Planar range and height over the plane z = a x + b y + c [m].
 void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& plane, float* planar,
                       float* height);
+
+/// Bounds of what returns may be, none of them included: heights over the plane, planar ranges [m].
+struct KindBounds {
+  double low, low_range;             // of the height's amount; of the range
+  double deep;                       // from above
+  double near_lowest, near_highest;  // from both sides, as those that follow
+  double above, wall_highest;        // soft returns, too, lie above
+  double wall_nearest, wall_farthest;
+  double ceiling_lowest, ceiling_highest;
+  double soft_square, soft_gate;  // of the range's square; of strength, the intensity
+                                  // times that, both in single precision
+};
+
+/// What returns may be. Comparisons are exact, but for strength.
+void findKinds(const PointArrays& points, const float* intensity, const float* planar,
+               const float* height, const KindBounds& bounds, std::uint8_t* kind);
+
+/// Appends the indices of returns that are of a kind to an empty list, in order.
+void listKind(const std::vector<std::uint8_t>& kinds, ReturnKind::Bit kind,
+              std::vector<std::uint32_t>* list);
 
 }  // namespace smoke_ground_reconstruction

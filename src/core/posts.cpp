@@ -21,7 +21,7 @@ constexpr std::uint32_t kAround = 120;  // what lies this near counts as around 
 constexpr double kSlotsPerMetre = 50.0;
 constexpr int kSlots = 520;
 constexpr int kMetre = 50;                // slots
-constexpr std::size_t kLookedAt = 12000;  // returns among which the ceiling is sought, at least
+constexpr std::size_t kLookedAt = 24000;  // returns among which the ceiling is sought, at least
 constexpr std::size_t kCeilingPoints = 100;
 constexpr double kCeilingShare = 0.2;
 constexpr double kCeilingWidth = 0.5;  // it is so wide [m]
@@ -199,18 +199,16 @@ void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::siz
   posts->y.push_back(y / n);
 }
 
-double CeilingFinder::find(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
-                           std::size_t columns) {
-  const Sample some(chosen.size(), kLookedAt), all(chosen.size(), chosen.size());
-  const double found = findAmong(returns, chosen, some, columns);
+double CeilingFinder::find(const UprightReturns& returns, std::size_t columns) {
+  const Sample some(returns.size(), kLookedAt), all(returns.size(), returns.size());
+  const double found = findAmong(returns, some, columns);
   if (found < kNone || some.size() == all.size()) return found;
-  return findAmong(returns, chosen, all, columns);  // a ceiling of which little is seen
+  return findAmong(returns, all, columns);  // a ceiling of which little is seen
 }
 
-double CeilingFinder::findAmong(const UprightReturns& returns,
-                                const std::vector<std::uint32_t>& chosen, const Sample& sample,
+double CeilingFinder::findAmong(const UprightReturns& returns, const Sample& sample,
                                 std::size_t columns) {
-  collectHigh(returns, chosen, sample);
+  collectHigh(returns, sample);
   const std::size_t count = high_.size();
   Votes votes{};
   for (std::size_t k = 0; k < count; ++k) {
@@ -240,13 +238,12 @@ double CeilingFinder::findAmong(const UprightReturns& returns,
 }
 
 /// Returns of a sample that are high enough to be ceiling.
-void CeilingFinder::collectHigh(const UprightReturns& returns,
-                                const std::vector<std::uint32_t>& chosen, const Sample& sample) {
+void CeilingFinder::collectHigh(const UprightReturns& returns, const Sample& sample) {
   high_.resize(sample.size());
   slot_.resize(sample.size());
   std::size_t count = 0;
   for (std::size_t k = 0; k < sample.size(); ++k) {
-    const std::uint32_t i = chosen[sample[k]];
+    const auto i = static_cast<std::uint32_t>(sample[k]);
     const int slot = ceilingSlot(returns.height[i]);
     high_[count] = i;
     slot_[count] = slot;

@@ -32,8 +32,9 @@ constexpr double kPlumb = 0.99998629;      // floors tilted by less than 0.3 deg
 constexpr std::size_t kWallLights = 4000;  // returns of walls, at least, that tell the smoke
 constexpr int kSlopeSlots = 2048;
 constexpr double kSlotsPerSlope = 128.0;
-constexpr std::size_t kSlopes = 16000;  // returns, at least, that tell the steepest beam
-constexpr std::size_t kSteeper = 1000;  // one return in so many may lie above the highest beam
+constexpr std::size_t kLookedAt = 16000;  // returns, at least, that tell means and quantiles
+constexpr std::size_t kStrengths = 1000;  // returns of floor, at least, if there are as many
+constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above the highest beam
 
 bool isIdentity(const Matrix3& m) { return m == Matrix3{1, 0, 0, 0, 1, 0, 0, 0, 1}; }
 
@@ -72,9 +73,7 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
   plane_ = rotatedPlane(floor.plane, rotation);
   has_level_cells_ = has_level_floor_ = false;
   takeIn(level);
-  pickByHeight();
-  view_ = {ceiling_finder_.find(returns_, above_, bins_.count()), -plane_[2], 0.0,
-           params.furniture_height};
+  view_ = {ceiling_finder_.find(returns_, bins_.count()), -plane_[2], 0.0, params.furniture_height};
   sortOut(intensity);
   wall_returns_.take(returns_, maybe_wall_, bins_.count());
   post_finder_.find(wall_returns_, &posts_);
@@ -101,70 +100,57 @@ void Room::takeIn(const Points& level) {
   for (std::size_t i = 0; i < n; ++i) returns_.column[i] = static_cast<std::uint16_t>(bin_[i]);
 }
 
-/// Lists what later steps look at.
-void Room::pickByHeight() {
-  const std::size_t n = size();
-  flags_.assign(n, 0);
-  for (auto* chosen : {&low_, &deep_, &near_, &above_}) chosen->resize(n);
-  std::size_t low = 0, deep = 0, near = 0, above = 0;
-  const double band = kLevelBand * tolerance_;
-  const double lowest = -std::max(kReliefLowest, band), highest = std::max(kReliefHighest, band);
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const double height = returns_.height[i];
-    const bool is_low = (std::fabs(height) < tolerance_) & (returns_.planar[i] < params_.max_range);
-    low_[low] = deep_[deep] = near_[near] = above_[above] = i;
-    low += is_low ? 1U : 0U;
-    deep += height < -drop_depth_ ? 1U : 0U;
-    near += (height > lowest) & (height < highest) ? 1U : 0U;
-    above += height > params_.min_wall_height ? 1U : 0U;
+/// Range-free strength below which a near return is smoke; NaN where the floor does not tell.
+/// Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
+double Room::softGate(const std::vector<float>& intensity) const {
+  const Sample some(size(), kLookedAt), all(size(), size());
+  OrderedSum strength = floorStrength(intensity, some);
+  if (strength.count() < kStrengths && some.size() < all.size()) {
+    strength = floorStrength(intensity, all);
   }
-  low_.resize(low);
-  deep_.resize(deep);
-  near_.resize(near);
-  above_.resize(above);
-  for (const std::uint32_t i : low_) flags_[i] = kLow;
+  return params_.smoke_gate * (strength.value() / static_cast<double>(strength.count()));
 }
 
-/// Range-free strength below which a near return is smoke; NaN where the floor does not tell.
-/// Intensity enters as a ratio to the floor's, so the sensor's scale does not matter. The mean:
-/// where smoke leaves whole numbers of 0 and 1, a median would be 0.
-double Room::softGate(const std::vector<float>& intensity) const {
+/// The mean of this: where smoke leaves whole numbers of 0 and 1, a median would be 0.
+OrderedSum Room::floorStrength(const std::vector<float>& intensity, const Sample& sample) const {
   OrderedSum strength;
-  const Sample sample(low_.size());
+  const double farthest = std::min(kFloorRange, params_.max_range);
   for (std::size_t k = 0; k < sample.size(); ++k) {
-    const std::uint32_t i = low_[sample[k]];
-    if (!(returns_.planar[i] < kFloorRange)) continue;
+    const std::size_t i = sample[k];
+    if (!(std::fabs(returns_.height[i]) < tolerance_) || !(planar(i) < farthest)) continue;
     const double x = points().x[i];
     const double y = points().y[i];
     const double z = points().z[i];
     strength.add(intensity[i] * ((x * x + y * y) + z * z));
   }
-  return params_.smoke_gate * (strength.value() / static_cast<double>(strength.count()));
+  return strength;
 }
 
-/// Soft returns of smoke near the sensor, and what can be ceiling or wall.
+/// Lists what later steps look at.
 void Room::sortOut(const std::vector<float>& intensity) {
-  const double gate = softGate(intensity);
-  const double highest = view_.ceiling - kBelowCeiling;
-  maybe_wall_.resize(above_.size());
-  at_ceiling_.resize(above_.size());
-  std::size_t walls = 0, ceilings = 0;
-  for (const std::uint32_t i : above_) {
-    const double x = points().x[i];
-    const double y = points().y[i];
-    const double z = points().z[i];
-    const double square = (x * x + y * y) + z * z;
-    const bool is_soft = (square < kSoftRange * kSoftRange) & (intensity[i] * square < gate);
-    if (is_soft) flags_[i] |= kSoft;
-    const double height = returns_.height[i];
-    const float planar = returns_.planar[i];
-    const bool is_within = (planar > kNearestWall) & (planar < kFarthestWall);
-    maybe_wall_[walls] = at_ceiling_[ceilings] = i;
-    walls += !is_soft & (height < highest) & is_within ? 1U : 0U;
-    ceilings += std::fabs(height - view_.ceiling) < kBelowCeiling ? 1U : 0U;
-  }
-  maybe_wall_.resize(walls);
-  at_ceiling_.resize(ceilings);
+  const double band = kLevelBand * tolerance_;
+  KindBounds bounds{};
+  bounds.low = tolerance_;
+  bounds.low_range = params_.max_range;
+  bounds.deep = -drop_depth_;
+  bounds.near_lowest = -std::max(kReliefLowest, band);
+  bounds.near_highest = std::max(kReliefHighest, band);
+  bounds.above = params_.min_wall_height;
+  bounds.wall_highest = view_.ceiling - kBelowCeiling;
+  bounds.wall_nearest = kNearestWall;
+  bounds.wall_farthest = kFarthestWall;
+  bounds.ceiling_lowest = view_.ceiling - kBelowCeiling;
+  bounds.ceiling_highest = view_.ceiling + kBelowCeiling;
+  bounds.soft_square = kSoftRange * kSoftRange;
+  bounds.soft_gate = softGate(intensity);
+  flags_.resize(size());
+  findKinds({points().x.data(), points().y.data(), points().z.data(), size()}, intensity.data(),
+            returns_.planar.data(), returns_.height.data(), bounds, flags_.data());
+  listKind(flags_, ReturnKind::kLow, &low_);
+  listKind(flags_, ReturnKind::kDeep, &deep_);
+  listKind(flags_, ReturnKind::kNear, &near_);
+  listKind(flags_, ReturnKind::kMayBeWall, &maybe_wall_);
+  listKind(flags_, ReturnKind::kAtCeiling, &at_ceiling_);
 }
 
 /// Tangent of the elevation up to which all but one return in a thousand lie, in steps.
@@ -172,7 +158,7 @@ double Room::steepest() {
   constexpr std::size_t kSlots = 2 * kSlopeSlots;
   constexpr double kLowest = -kSlopeSlots, kHighest = kSlopeSlots - 1;
   slope_counts_.assign(kSlots, 0);
-  const Sample sample(size(), kSlopes);
+  const Sample sample(size(), kLookedAt);
   std::size_t total = 0;
   for (std::size_t k = 0; k < sample.size(); ++k) {
     const std::size_t i = sample[k];
@@ -272,12 +258,9 @@ void Room::addCarried() {
   const Points& at = points();
   for (const std::uint32_t i : near_) {
     if (isSoft(i) || !(returns_.planar[i] < params_.max_range)) continue;
-    if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= kLow;
+    if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= ReturnKind::kLow;
   }
-  low_.clear();
-  for (std::uint32_t i = 0; i < size(); ++i) {
-    if ((flags_[i] & kLow) != 0) low_.push_back(i);
-  }
+  listKind(flags_, ReturnKind::kLow, &low_);
 }
 
 void Room::markFeetOfWalls(const ColumnDirections& directions) {
@@ -299,7 +282,7 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
     for (std::size_t w = window_begin_[c]; w < window_begin_[c + 1]; ++w) {
       if (planar < windows_[w].lowest || planar > windows_[w].highest) continue;
       if (lines_.distance(window_line_[w], points().x[i], points().y[i]) >= kWallFoot) continue;
-      flags_[i] |= kAtWall;
+      flags_[i] |= ReturnKind::kAtWall;
       break;
     }
   }
@@ -310,12 +293,13 @@ void Room::findSeen() {
   const Points& at = points();
   farthest_.clear(bins_.count());
   for (const std::uint32_t i : low_) {
-    if ((flags_[i] & kAtWall) == 0) farthest_.add(column(i), planar(i));
+    if ((flags_[i] & ReturnKind::kAtWall) == 0) farthest_.add(column(i), planar(i));
   }
   for (std::size_t k = 0; relief_.hasStep() && k < near_.size(); ++k) {
     // A riser has floor at its foot.
     const std::uint32_t i = near_[k];
-    const bool is_counted = (flags_[i] & (kLow | kAtWall)) == kLow;
+    const bool is_counted =
+        (flags_[i] & (ReturnKind::kLow | ReturnKind::kAtWall)) == ReturnKind::kLow;
     if (is_counted || isSoft(i) || !relief_.isRiser(at.x[i], at.y[i], height(i))) continue;
     farthest_.add(column(i), planar(i));
   }
@@ -354,7 +338,8 @@ const std::vector<double>& Room::levelFloor() {
   if (has_level_floor_) return level_floor_;
   farthest_.clear(bins_.count());
   for (const std::uint32_t i : low_) {
-    if ((flags_[i] & kAtWall) == 0 && goesOnLevel(i)) farthest_.add(column(i), planar(i));
+    if ((flags_[i] & ReturnKind::kAtWall) == 0 && goesOnLevel(i))
+      farthest_.add(column(i), planar(i));
   }
   farthest_.find(2, &level_floor_);
   has_level_floor_ = true;
@@ -374,9 +359,9 @@ void Room::findSeenCeiling() {
 void Room::findDrops(const ColumnDirections& directions) {
   drop_returns_.clear();
   if (seesBelow()) {
-    for (const std::uint32_t i : low_) addDropReturn(i, (flags_[i] & kAtWall) == 0);
+    for (const std::uint32_t i : low_) addDropReturn(i, (flags_[i] & ReturnKind::kAtWall) == 0);
     for (const std::uint32_t i : deep_) {
-      if ((flags_[i] & kLow) == 0) addDropReturn(i, false);
+      if ((flags_[i] & ReturnKind::kLow) == 0) addDropReturn(i, false);
     }
     findWallNormals();
     findWallFeet();

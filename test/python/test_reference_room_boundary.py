@@ -813,7 +813,7 @@ def test_order_of_points_does_not_matter():
 def test_order_changes_samples_of_large_scans_alone():
     first, second, order = shuffled(room_scan(noise=0.01))
     assert np.mean(first.labels[order] != second.labels) < 1e-4
-    np.testing.assert_allclose(first.profile.distance, second.profile.distance, atol=1e-6)
+    np.testing.assert_allclose(first.profile.distance, second.profile.distance, atol=1e-3)
     np.testing.assert_allclose(first.floor.plane, second.floor.plane, atol=1e-3)
 
 

@@ -31,7 +31,8 @@ _FLOOR_RANGE = 2.5  # [m]
 _PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken as level
 _WALL_LIGHTS = 4000  # returns of walls, at least, that tell the smoke
 _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
-_SLOPES = 16000  # returns, at least, that tell the steepest beam
+_LOOKED_AT = 16000  # returns, at least, that tell means and quantiles
+_STRENGTHS = 1000  # returns of floor, at least, if there are as many
 _STEEPER = 1000  # one return in so many may lie above the highest beam
 _OPENING_CELL = 0.2
 _OPENING_POINTS = 3
@@ -73,8 +74,7 @@ class Room:
         self.height = (z - ((a * x + b * y) + c)).astype(np.float32).astype(np.float64)
         self.planar = np.sqrt(x * x + y * y).astype(np.float32).astype(np.float64)
         self.column = bins.index(x, y)
-        above = self.height > params.min_wall_height
-        self.ceiling = ceiling_height(self.height[above], self.planar[above], self.column[above])
+        self.ceiling = ceiling_height(self.height, self.planar, self.column)
         self.is_low = (np.abs(self.height) < self.tolerance) & (self.planar < params.max_range)
         self.is_soft = self._soft()
         self.can_be_wall = (self.height > params.min_wall_height) & ~self.is_soft
@@ -90,18 +90,22 @@ class Room:
 
         Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
         """
-        x, y, z = self.xyz.T
-        square = (x * x + y * y) + z * z
-        strength = self.intensity * square
-        floor = np.flatnonzero(self.is_low)
-        floor = floor[sample(len(floor))]
-        floor = floor[self.planar[floor] < _FLOOR_RANGE]
+        for fewest in (_LOOKED_AT, len(self.xyz)):
+            some = sample(len(self.xyz), fewest)
+            floor = some[self.is_low[some] & (self.planar[some] < _FLOOR_RANGE)]
+            if len(floor) >= _STRENGTHS:
+                break
         if len(floor) == 0:
-            return np.zeros(len(square), bool)
+            return np.zeros(len(self.xyz), bool)
+        x, y, z = self.xyz[floor].T
+        strength = self.intensity[floor] * ((x * x + y * y) + z * z)
         # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
-        gate = self.params.smoke_gate * (ordered_sum(strength[floor]) / len(floor))
-        near = square < _SOFT_RANGE * _SOFT_RANGE
-        return near & (strength < gate) & (self.height > self.params.min_wall_height)
+        gate = self.params.smoke_gate * (ordered_sum(strength) / len(floor))
+        x, y, z = self.xyz.astype(np.float32).T
+        square = (x * x + y * y) + z * z
+        near = square < np.float32(_SOFT_RANGE * _SOFT_RANGE)
+        soft = near & (self.intensity.astype(np.float32) * square < np.float32(gate))
+        return soft & (self.height > self.params.min_wall_height)
 
     def stands_on_walls(self):
         """Does the plane pass through the feet of walls, not through a floor? A fifth of its
@@ -131,7 +135,7 @@ class Room:
         level_floor = self.farthest(floor & self.goes_on_level())
         ceiling = np.zeros(self.columns)
         if math.isfinite(self.ceiling):
-            ceiling = self.farthest(np.abs(self.height - self.ceiling) < _BELOW_CEILING)
+            ceiling = self.farthest(self._is_at_ceiling())
         beyond = np.maximum(self.seen_floor, ceiling)
         self.profile = column_profile(
             self.posts,
@@ -161,9 +165,14 @@ class Room:
         on = on[self.relief.carries(self.xyz[on, :2], self.height[on])]
         self.is_low[on] = True
 
+    def _is_at_ceiling(self):
+        height, ceiling = self.height, self.ceiling
+        found = (height > ceiling - _BELOW_CEILING) & (height < ceiling + _BELOW_CEILING)
+        return found & (height > self.params.min_wall_height)
+
     def _steepest(self):
         """Tangent of the elevation up to which all but one return in a thousand lie, in steps."""
-        some = sample(len(self.xyz), _SLOPES)
+        some = sample(len(self.xyz), _LOOKED_AT)
         some = some[self.planar[some] > _NEAREST_WALL]
         slope = np.floor(self.xyz[some, 2] / self.planar[some] * _SLOTS_PER_SLOPE)
         slot = np.clip(slope, -_SLOPE_SLOTS, _SLOPE_SLOTS - 1).astype(np.int64) + _SLOPE_SLOTS
