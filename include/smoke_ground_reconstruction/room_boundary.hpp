@@ -58,6 +58,7 @@ class RoomBoundary {
   void takeIn(const ScanView& scan, const Mounting& mounting);
   Room& findFloor(const Mounting& mounting, FloorModel* floor);
   Room& look(const FloorModel& floor);
+  void pickWedges();
   void label(const Room& room, const FloorClaim& claim, std::vector<Label>* labels) const;
 
   RoomBoundaryParams params_;
@@ -70,6 +71,9 @@ class RoomBoundary {
   Points off_posts_;       // of the latter, what stands where no post does
   std::vector<float> intensity_;
   std::array<Room, 2> rooms_;
+  std::vector<std::uint32_t> bin_;  // columns in the level frame
+  Points wedges_;                   // some of the returns
+  std::vector<float> wedge_intensity_;
   FloorCompletion completion_;
   VisibilityEstimator visibility_;
 };

@@ -1,5 +1,8 @@
 #include "smoke_ground_reconstruction/room_boundary.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "point_loops.hpp"
 #include "validation.hpp"
 
@@ -8,6 +11,11 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kColumnDeg = 0.4;
+constexpr std::uint32_t kWedgeColumns = 45;  // of a wedge that tells which frame is upright
+constexpr std::uint32_t kWedges = 4;         // one in so many does
+constexpr std::size_t kWedgeReturns = 1000;  // in posts, at least, tell
+
+using Rotation = std::array<double, 9>;
 
 }  // namespace
 
@@ -98,14 +106,42 @@ Room& RoomBoundary::findFloor(const Mounting& mounting, FloorModel* floor) {
   return *room;
 }
 
-/// The room in whichever frame stands its walls upright: the level one or the floor's.
+/// The room in whichever frame stands its walls upright: the level one or the floor's. Some wedges
+/// of it tell, if enough of their returns stand in posts.
 Room& RoomBoundary::look(const FloorModel& floor) {
-  constexpr std::array<double, 9> kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  rooms_[0].look(level_, intensity_, floor, kLevel, params_);
+  constexpr Rotation kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const auto levelling = levellingRotation(floor.plane);
-  if (levelling) rooms_[1].look(level_, intensity_, floor, *levelling, params_);
-  const bool is_second = levelling && rooms_[1].postReturns() > rooms_[0].postReturns();
-  return rooms_[is_second ? 1 : 0];
+  if (!levelling) {
+    rooms_[0].look(level_, intensity_, floor, kLevel, params_);
+    return rooms_[0];
+  }
+  const std::array<Rotation, 2> frames = {kLevel, *levelling};
+  const auto standing = [&](const Points& points, const std::vector<float>& intensity) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      rooms_[k].look(points, intensity, floor, frames[k], params_);
+    }
+    return std::array<std::size_t, 2>{rooms_[0].postReturns(), rooms_[1].postReturns()};
+  };
+  pickWedges();
+  auto found = standing(wedges_, wedge_intensity_);
+  const bool is_told = std::max(found[0], found[1]) >= kWedgeReturns;
+  if (!is_told) found = standing(level_, intensity_);
+  const std::size_t upright = found[1] > found[0] ? 1 : 0;
+  if (is_told) rooms_[upright].look(level_, intensity_, floor, frames[upright], params_);
+  return rooms_[upright];
+}
+
+/// A quarter of the returns, in five directions.
+void RoomBoundary::pickWedges() {
+  bin_.resize(level_.size());
+  bins_.indices(level_.x.data(), level_.y.data(), level_.size(), bin_.data());
+  wedges_.clear();
+  wedge_intensity_.clear();
+  for (std::size_t i = 0; i < level_.size(); ++i) {
+    if (bin_[i] / kWedgeColumns % kWedges != 0) continue;
+    wedges_.push(level_.x[i], level_.y[i], level_.z[i]);
+    wedge_intensity_.push_back(intensity_[i]);
+  }
 }
 
 void RoomBoundary::label(const Room& room, const FloorClaim& claim,

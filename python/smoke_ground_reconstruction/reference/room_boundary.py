@@ -32,6 +32,10 @@ from .sensor_model import SensorModel
 from .visibility import Visibility, VisibilityEstimator
 from .wall_profile import Profile
 
+_WEDGE_COLUMNS = 45  # of a wedge that tells which frame is upright
+_WEDGES = 4  # one in so many does
+_WEDGE_RETURNS = 1000  # in posts, at least, tell
+
 
 @dataclass
 class RoomBoundaryResult:
@@ -139,12 +143,26 @@ class RoomBoundary:
         return floor, room
 
     def _look(self, xyz, intensity, floor):
-        """The room in whichever frame stands its walls upright: the level one or the floor's."""
-        rooms = [
-            Room(xyz, intensity, floor, rotation, self._bins, self.params)
-            for rotation in upright_candidates(floor.plane)
-        ]
-        return max(rooms, key=lambda candidate: candidate.posts.count.sum())
+        """The room in whichever frame stands its walls upright: the level one or the floor's. Some
+        wedges of it tell, if enough of their returns stand in posts."""
+
+        def rooms(which, rotations):
+            points = xyz[which], intensity[which]
+            return [Room(*points, floor, turn, self._bins, self.params) for turn in rotations]
+
+        def standing(room):
+            return room.posts.count.sum()
+
+        frames = upright_candidates(floor.plane)
+        everything = slice(None)
+        if len(frames) == 1:
+            return rooms(everything, frames)[0]
+        column = self._bins.index(*xyz[:, :2].astype(np.float64).T)
+        found = rooms(column // _WEDGE_COLUMNS % _WEDGES == 0, frames)
+        if max(standing(room) for room in found) < _WEDGE_RETURNS:
+            return max(rooms(everything, frames), key=standing)
+        upright = max(found, key=standing)
+        return rooms(everything, [upright.rotation])[0]
 
 
 def _labels(room, measured):
