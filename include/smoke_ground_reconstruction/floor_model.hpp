@@ -101,7 +101,7 @@ class FloorFitter {
   std::size_t count_ = 0;         // the rest is padding
   std::vector<float> vote_x_, vote_y_, over_lowest_;
   std::vector<int> vote_;
-  std::vector<double> squares_;  // of planar ranges
+  std::vector<double> squares_;                                       // of planar ranges
   std::array<std::array<int, kMostSlots + 3>, kMostTilts> counts_{};  // by tilt along y and slot
   std::vector<std::uint32_t> cell_count_;
   std::vector<std::uint32_t> vote_cell_;
