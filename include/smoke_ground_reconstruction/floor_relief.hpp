@@ -96,6 +96,9 @@ struct ReliefGrid {
 /// and the lines at which these planes meet or a riser stands, tell how the floor goes on.
 class FloorRelief {
  public:
+  /// A floor without relief strays so far from its plane per metre [m].
+  static constexpr double kFlatness = 0.004;
+
   FloorRelief();
   void find(const ReliefReturns& returns, const RoomBoundaryParams& params = RoomBoundaryParams());
 
@@ -105,8 +108,8 @@ class FloorRelief {
   /// tells, or another one that begins on the way.
   double at(double x, double y);
   /// One sigma of `at` [m]: grows with the way to the next measured cell, along which the floor may
-  /// bend, the more so where slopes are seen.
-  double sigma(double x, double y);
+  /// bend, the more so where slopes are seen: by `flatness` a metre where none are.
+  double sigma(double x, double y, double flatness = kFlatness);
   /// Does a return lie on floor off the plane, near to where it was measured?
   bool carries(double x, double y, double height);
   bool hasStep() const { return has_step_; }

@@ -101,6 +101,9 @@ class Room {
   const std::vector<double>& seenFloor() const { return seen_floor_; }
   /// How far floor may be claimed in each column though smoke may hide a drop [m].
   const std::vector<double>& certainFloor() const { return certain_floor_; }
+  /// How far the floor may stray from its plane per metre away from where it is measured [m]. Smoke
+  /// that may hide a drop may as well hide a ramp, which rises by two such sigmas.
+  double flatness() const;
 
  private:
   using Indices = std::vector<std::uint32_t>;

@@ -384,8 +384,9 @@ void FloorCompletion::tellSigma(Room* room, const FloorModel& floor, const Point
                                 FloorSurface* surface) {
   const Points& upright = drawn_.points;
   float* const sigma = surface->sigma.data() + claim_.measured.size();
+  const double flatness = room->flatness();
   for (std::size_t k = 0; k < drawn_.size; ++k) {
-    sigma[k] = static_cast<float>(room->relief().sigma(upright.x[k], upright.y[k]));
+    sigma[k] = static_cast<float>(room->relief().sigma(upright.x[k], upright.y[k], flatness));
   }
   for (std::size_t k = 0; k < drawn_.size; ++k) {
     const double relief = sigma[k];

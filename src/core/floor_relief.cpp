@@ -22,7 +22,6 @@ constexpr double kNear = 0.45;    // returns on floor drawn on lie so near to me
 constexpr int kHop = 2;           // cells without returns between two rings
 constexpr std::size_t kPlatformCells = 25;
 constexpr std::size_t kFewestCells = 6;  // fewer make no facet: clutter
-constexpr double kFlatness = 0.004;      // a floor without relief strays so far per metre [m]
 constexpr double kUnseenSlope = 0.35;    // of the steepest slope seen may be missed per metre
 constexpr double kUnseenHeight = 0.1;    // ... or of the greatest height
 
@@ -270,14 +269,14 @@ double FloorRelief::at(double x, double y) {
   return heightAt(nearest(x, y).cell, x, y);
 }
 
-double FloorRelief::sigma(double x, double y) {
+double FloorRelief::sigma(double x, double y, double flatness) {
   if (!has_floor_) return 0.0;
   double square = 0.0;
   for (const ReliefFacet& facet : facets_) {
     square = std::max(square, facet.a * facet.a + facet.b * facet.b);
   }
   const double height = isFlat() ? 0.0 : kUnseenHeight * highest_;
-  const double per_metre = std::max({kFlatness, kUnseenSlope * std::sqrt(square), height});
+  const double per_metre = std::max({flatness, kUnseenSlope * std::sqrt(square), height});
   const double away = ReliefGrid::kCell * std::sqrt(static_cast<double>(nearest(x, y).square));
   return per_metre * std::max(0.0, away - ReliefGrid::kCell);
 }

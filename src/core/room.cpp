@@ -18,7 +18,8 @@ constexpr double kOnFloorMost = 0.06;
 constexpr double kUnevenness = 3.0;  // or within so many sigma of the floor's own height
 constexpr double kLevelShare = 0.4;  // floor behind an opening must go on as level as this of it
 constexpr double kLevelBand = 5.0;   // and tells so by heights up to so many times of it
-constexpr double kDrop = 0.01;       // what lies so much lower than floor can, tells of a drop [m]
+constexpr double kHiddenSlope = 1.0 / 12.0;  // half the steepest ramp's
+constexpr double kDrop = 0.01;  // what lies so much lower than floor can, tells of a drop [m]
 constexpr double kReliefLowest = 0.15, kReliefHighest = 0.8;  // heights that relief looks at [m]
 constexpr double kNearestWall = 0.2;                          // planar range [m]
 constexpr double kFeetShare = 0.2;  // of a plane's returns at walls, which no floor has
@@ -411,6 +412,13 @@ bool Room::isLowOnWall(std::size_t i) const {
   const double height = returns_.height[i];
   if (!(height > WallFeet::kLowest) || !(height < WallFeet::kHighest) || isSoft(i)) return false;
   return std::fabs(returns_.planar[i] - profile_.distance[column(i)]) < WallFeet::kOffWall;
+}
+
+double Room::flatness() const {
+  const auto is_certain = [](double reach) { return reach == kInfinity; };
+  return std::all_of(certain_floor_.begin(), certain_floor_.end(), is_certain)
+             ? FloorRelief::kFlatness
+             : kHiddenSlope;
 }
 
 void Room::findCertainFloor() {

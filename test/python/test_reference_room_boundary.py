@@ -577,6 +577,14 @@ def test_floor_before_a_wall_of_which_no_foot_is_seen_ends_where_nothing_is_know
     assert kinds[wall] == SEEN
 
 
+def test_smoke_that_may_hide_a_drop_may_hide_a_ramp():
+    surface = reconstruct(rooms.thick_smoke(room_scan())).surface
+    column = columns_of(surface.xyz) == column_at(60.0)
+    farthest = np.argmax(np.where(column, surface.xyz[:, 1], 0.0))
+    # At the wall, 3.46 m away, of which 1.6 m are measured: two sigmas of a rise by 1 in 6.
+    assert 2.0 * surface.sigma[farthest] == pytest.approx((3.46 - 1.6) / 6.0, abs=0.06)
+
+
 def grid_of(x0, x1, y0, y1, step=0.04):
     x, y = np.meshgrid(np.arange(x0, x1, step), np.arange(y0, y1, step))
     return np.column_stack([x.ravel(), y.ravel()])

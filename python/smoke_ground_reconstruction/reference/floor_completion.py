@@ -206,7 +206,7 @@ def _measured_sigma(room, claim, floor):
 def _drawn_sigma(room, drawn, floor):
     """Of the drawn points' heights: the plane's, its unevenness and the relief's [m], float32."""
     x, y, _ = rotated(room.rotation.T, drawn.xyz.astype(np.float32)).astype(np.float64).T
-    relief = room.relief.sigma(drawn.xyz[:, :2])
+    relief = room.relief.sigma(drawn.xyz[:, :2], room.flatness())
     plane = floor.sigma(x, y)
     return np.sqrt(plane * plane + relief * relief).astype(np.float32)
 

@@ -27,7 +27,7 @@ _NEAR = 0.45  # returns on the floor drawn on lie so near to measured floor [m]
 _HOP = 2  # cells without returns between two rings
 _PLATFORM_CELLS = 25
 _FEWEST_CELLS = 6  # fewer make no facet: clutter
-_FLATNESS = 0.004  # a floor without relief strays so far from its plane per metre [m]
+FLATNESS = 0.004  # a floor without relief strays so far from its plane per metre [m]
 _UNSEEN_SLOPE = 0.35  # of the steepest slope seen may be missed per metre
 
 
@@ -81,10 +81,11 @@ class FloorRelief:
         heights[on] = (a * xy[on, 0] + b * xy[on, 1]) + c
         return heights
 
-    def sigma(self, xy):
+    def sigma(self, xy, flatness=FLATNESS):
         """One sigma of `at` (N,): grows with the way to the next measured cell [m].
 
-        Along it the floor may bend, the more so where slopes are seen.
+        Along it the floor may bend, the more so where slopes are seen: by `flatness` a metre where
+        none are.
         """
         if len(xy) == 0 or len(self.cells) == 0:
             return np.zeros(len(xy))
@@ -93,7 +94,7 @@ class FloorRelief:
         steepest = math.sqrt((a * a + b * b).max())
         highest = float(np.abs(self.height).max())
         per_metre = max(
-            _FLATNESS, _UNSEEN_SLOPE * steepest, 0.0 if self.is_flat() else 0.1 * highest
+            flatness, _UNSEEN_SLOPE * steepest, 0.0 if self.is_flat() else 0.1 * highest
         )
         return per_metre * np.maximum(0.0, away - CELL)
 

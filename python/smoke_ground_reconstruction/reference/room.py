@@ -6,7 +6,7 @@ import numpy as np
 
 from .cells import cell_keys, cell_numbers
 from .drop_offs import find_drop_offs
-from .floor_relief import FLAT, find_relief
+from .floor_relief import FLAT, FLATNESS, find_relief
 from .hidden_drops import certain_floor
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts
@@ -34,6 +34,7 @@ _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
 _LOOKED_AT = 16000  # returns, at least, that tell means and quantiles
 _STRENGTHS = 1000  # returns of floor, at least, if there are as many
 _STEEPER = 1000  # one return in so many may lie above the highest beam
+_HIDDEN_SLOPE = 1.0 / 12.0  # half the steepest ramp's
 _OPENING_CELL = 0.2
 _OPENING_POINTS = 3
 _FLOOR_POINTS = 2
@@ -218,6 +219,13 @@ class Room:
             self._wall_feet(),
             self.params.drop_depth or self.tolerance + _DROP,
         )
+
+    def flatness(self):
+        """How far the floor may stray from its plane per metre away from where it is measured [m].
+
+        Smoke that may hide a drop may as well hide a ramp, which rises by two such sigmas.
+        """
+        return _HIDDEN_SLOPE if np.isfinite(self.certain_floor).any() else FLATNESS
 
     def _low_on_walls(self):
         near = np.abs(self.planar - self.profile.distance[self.column]) < OFF_WALL
