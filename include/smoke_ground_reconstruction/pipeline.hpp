@@ -8,6 +8,7 @@
 #include "smoke_ground_reconstruction/occupancy.hpp"
 #include "smoke_ground_reconstruction/polar_segments.hpp"
 #include "smoke_ground_reconstruction/room_boundary.hpp"
+#include "smoke_ground_reconstruction/visibility.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -55,6 +56,7 @@ struct PipelineResult {
   std::vector<std::uint32_t> clusters;  ///< per input point; room_boundary makes none
   FloorSurface surface;
   OccupancyGrid occupancy;
+  Visibility visibility;         ///< unknown with polar_segments
   std::vector<StageTime> times;  ///< in the order of work
 };
 

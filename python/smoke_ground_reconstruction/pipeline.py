@@ -52,6 +52,8 @@ class Result:
     occupancy : object
         ``cells`` (height, width) int8 (0 floor, 100 wall, -1 unknown) in the level frame, their
         edge ``resolution`` [m], and the corner ``first_column``, ``first_row`` in cells.
+    extinction, extinction_sigma : float
+        Of the smoke, as the walls tell it, and its sigma [1/m]; NaN where they do not.
     times : dict
         Milliseconds of wall time per stage, in the order of work.
     """
@@ -68,6 +70,8 @@ class Result:
     floor_plane: np.ndarray
     sigma: np.ndarray
     occupancy: Any
+    extinction: float
+    extinction_sigma: float
     times: Dict[str, float]
 
 
@@ -126,6 +130,8 @@ class Pipeline:
             surface=answer.surface.xyz,
             sigma=_sigma_of(answer.surface),
             occupancy=answer.occupancy,
+            extinction=float(answer.visibility.extinction),
+            extinction_sigma=float(answer.visibility.sigma),
             times=answer.times,
             **arrays,
         )

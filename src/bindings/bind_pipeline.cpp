@@ -40,6 +40,7 @@ void bindResult(py::module& m) {
                              [](const Result& r) { return toArray<std::uint32_t>(r.clusters); })
       .def_readonly("surface", &Result::surface)
       .def_readonly("occupancy", &Result::occupancy)
+      .def_readonly("visibility", &Result::visibility)
       .def_property_readonly(
           "times",
           [](const Result& r) {

@@ -90,6 +90,7 @@ void Pipeline::processSegments(const ScanView& view, const Mounting& mounting,
   for (std::size_t i = 0; i < view.size; ++i) {
     if (result->clusters[i] != kNoCluster) walls.append(view, i);
   }
+  result->visibility = Visibility();
   result->surface = polar_segments_.reconstruct(ground.view(), walls.view(), sensor_, mounting);
   stopwatch.lap("reconstruct");
   rasterize(result->surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution,
@@ -103,6 +104,7 @@ void Pipeline::processRoom(const ScanView& view, const Mounting& mounting, Pipel
   sensor_.observe(view);
   stopwatch.lap("organise");
   room_boundary_.reconstruct(view, sensor_, mounting, &room_);
+  result->visibility = room_.visibility;
   std::swap(result->surface, room_.surface);
   std::swap(result->labels, room_.labels);
   result->clusters.assign(view.size, kNoCluster);

@@ -12,10 +12,18 @@ from evaluation_truths import points_of_cells, rectangle_truth
 
 pytest.importorskip("smoke_ground_reconstruction._core", reason="the package is not built")
 
-from smoke_ground_reconstruction.evaluation import methods, runner, scoring, world
+from smoke_ground_reconstruction.evaluation import (
+    methods,
+    results,
+    runner,
+    scoring,
+    tables,
+    world,
+)
 from smoke_ground_reconstruction.evaluation.baselines.native import BaselineUnavailableError
 from smoke_ground_reconstruction.evaluation.journal import Journal, record_key
 from smoke_ground_reconstruction.evaluation.scan_input import ScanInput
+from smoke_ground_reconstruction.evaluation.summary import summarise
 from smoke_ground_reconstruction.reference.label import Label
 
 
@@ -63,6 +71,35 @@ def test_intensity_threshold_is_scored_on_points():
     output = methods.method("intensity_threshold").run(scan)
     score = scoring.score_output(output, scan, {})["denoising"]
     assert (score["smoke_removed"], score["floor_kept"], score["walls_kept"]) == (0.5, 0.0, 1.0)
+
+
+def test_visibility_is_scored_against_the_true_extinction():
+    told = methods.Output(extinction=np.array([0.3, 0.05]))
+    score = scoring.score_output(told, half_floor()[0], {}, 0.4)["visibility"]
+    assert (score["true"], score["extinction"], score["sigma"]) == (0.4, 0.3, 0.05)
+    assert score["error"] == pytest.approx(0.25)
+    assert score["after_clear_air"] == {"extinction": None, "sigma": None, "error": None}
+    in_clear_air = scoring.score_output(told, half_floor()[0], {}, 0.0)["visibility"]
+    assert (in_clear_air["true"], in_clear_air["error"]) == (0.0, None)
+    assert "visibility" not in scoring.score_output(methods.Output(), half_floor()[0], {}, 0.4)
+
+
+def test_extinction_is_told_at_first_sight_and_after_a_look_at_clear_air():
+    names = ("polar_segments", "room_boundary")
+    plan = runner.Plan(names, ("large_hall",), ("very_heavy",), seeds=1)
+    polar, room = (record["scores"] for record in runner.run(plan))
+    assert "visibility" not in polar
+    score = room["visibility"]
+    (smoke,) = results.calibrations(plan)
+    assert score["true"] == smoke["mean_extinction"] > 0.3
+    assert score["after_clear_air"]["error"] < 0.2 < score["error"]
+    row = summarise(runner.run(plan), ("0.2",))[1]
+    assert row["extinction_after_clear_error"]["mean"] == score["after_clear_air"]["error"]
+    table = tables.visibility_table("Visibility", [row])
+    assert table.rows[0][4:6] == [
+        f"{score['true']:.3f}",
+        f"{score['after_clear_air']['extinction']:.3f}",
+    ]
 
 
 def test_composed_method_sees_only_what_the_denoiser_keeps():
@@ -114,6 +151,7 @@ def tiny_world(monkeypatch):
     """Every scan is half_floor(); nothing is simulated."""
     monkeypatch.setattr(world, "scan", lambda *names: half_floor()[0])
     monkeypatch.setattr(world, "truth", lambda *names: half_floor()[1])
+    monkeypatch.setattr(world, "extinction", lambda *names: 0.3)
     monkeypatch.setattr(world, "poses", lambda scene, which: ("centre",))
     monkeypatch.setattr(world, "is_bounded", lambda scene: True)
     monkeypatch.setattr(world, "fingerprint", lambda scene, sensor: "of box and sensor")

@@ -40,6 +40,8 @@ def assert_same_result(actual, expected):
     for name in ("surface", "intensity", "ring", "provenance", "confidence", "boundary_kind"):
         assert getattr(actual, name).dtype == getattr(expected, name).dtype
     assert_same_grid(actual.occupancy, expected.occupancy)
+    for name in ("extinction", "extinction_sigma"):
+        np.testing.assert_allclose(getattr(actual, name), getattr(expected, name), rtol=1e-6)
     assert list(actual.times) == list(expected.times)
 
 

@@ -34,6 +34,8 @@ class Output:
         confidence: (M,) float32 of the surface points, from 0 to 1.
         sigma: (M,) standard deviation of the surface points' heights [m].
         floor_plane: (3,) a, b, c of z = a x + b y + c in the sensor frame.
+        extinction: of the smoke and its sigma, (2,) [1/m], told of the scan alone.
+        extinction_after_clear: the same by a method that saw the place in clear air before.
         times: milliseconds by stage.
     """
 
@@ -44,6 +46,8 @@ class Output:
     confidence: Optional[np.ndarray] = None
     sigma: Optional[np.ndarray] = None
     floor_plane: Optional[np.ndarray] = None
+    extinction: Optional[np.ndarray] = None
+    extinction_after_clear: Optional[np.ndarray] = None
     times: Dict[str, float] = field(default_factory=dict)
 
 
@@ -130,11 +134,18 @@ def _pipeline(load_params, engine="cpp"):
         params = load_params()
         if not denoise:
             params.denoiser.intensity_threshold = 0.0  # nothing is a candidate
+
         # A pipeline may learn from scan to scan. Each scan gets a fresh one, so that no score
         # depends on the order of work.
-        result = Pipeline(params, engine, elevation_deg=scan.elevation_deg).process(
-            scan.xyz, scan.intensity, scan.ring, sensor_height=scan.sensor_height
-        )
+        def look(pipeline, at):
+            return pipeline.process(at.xyz, at.intensity, at.ring, sensor_height=at.sensor_height)
+
+        result = look(Pipeline(params, engine, scan.elevation_deg), scan)
+        after_clear = None
+        if scan.in_clear_air is not None and params.reconstructor.method == "room_boundary":
+            experienced = Pipeline(params, engine, scan.elevation_deg)
+            look(experienced, scan.in_clear_air)
+            after_clear = _extinction(look(experienced, scan))
         removed = (result.labels == Label.NOISE) | (result.labels == Label.INVALID)
         return Output(
             surface=result.surface,
@@ -144,10 +155,18 @@ def _pipeline(load_params, engine="cpp"):
             confidence=result.confidence,
             sigma=result.sigma if np.isfinite(result.sigma).all() else None,
             floor_plane=result.floor_plane,
+            extinction=_extinction(result),
+            extinction_after_clear=after_clear,
             times=dict(result.times),
         )
 
     return run
+
+
+def _extinction(result):
+    """With its sigma, (2,) [1/m]; None where the scan does not tell it."""
+    told = np.array([result.extinction, result.extinction_sigma])
+    return told if np.isfinite(told).all() else None
 
 
 def _segmented_ground(changes):

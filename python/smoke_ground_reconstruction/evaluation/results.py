@@ -93,6 +93,11 @@ def write_report(found, plan, path):
     if feature.rows:
         shown.append(feature)
         sections.append(("The 30 mm feature", report.table_html(feature)))
+    title = "Visibility: the smoke's extinction as told and as it is"
+    visibility = tables.visibility_table(title, found["summary"])
+    if visibility.rows:
+        shown.append(tables.visibility_table(title, _overview(found["summary"])))
+        sections.append(("Visibility", report.table_html(visibility)))
     title = "Points: denoising and segmentation"
     points = tables.point_table(title, found["summary"])
     if points.rows:

@@ -71,15 +71,19 @@ class Job:
 
 def run_job(job):
     """Simulate one scan and score every method on it: a list of records, one a method."""
-    scan = world.scan(job.scene, job.plan.sensor, job.pose, job.level, job.seed)
+    place = job.scene, job.plan.sensor, job.pose
+    scan = world.scan(*place, job.level, job.seed)
+    if job.level != "clear":
+        scan = replace(scan, in_clear_air=world.clear_scan(*place))
     truths = {
         cell: world.truth(job.scene, job.plan.sensor, job.pose, cell, job.level, job.seed)
         for cell in job.plan.cells
     }
-    return [run_method(name, job.describe(), scan, truths) for name in job.methods]
+    extinction = world.extinction(*place, job.level)
+    return [run_method(name, job.describe(), scan, truths, extinction) for name in job.methods]
 
 
-def run_method(name, description, scan, truths):
+def run_method(name, description, scan, truths, extinction=None):
     """One record: the description, the method, the number of points, and scores or an error.
 
     A method that refuses a scan is recorded with its reason, so that one refusal does not end a
@@ -90,7 +94,7 @@ def run_method(name, description, scan, truths):
         output = method(name).run(scan)
     except ValueError as error:
         return dict(record, error=str(error))
-    return dict(record, scores=score_output(output, scan, truths))
+    return dict(record, scores=score_output(output, scan, truths, extinction))
 
 
 def run(plan, processes=1, progress=lambda items, jobs: items, journal=None):

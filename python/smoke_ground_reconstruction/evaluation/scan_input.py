@@ -21,6 +21,7 @@ class ScanInput:
         sensor_height: of the sensor above the floor under it [m].
         T_world_sensor: (4, 4), for the yardstick alone: methods take the sensor as level.
         elevation_deg: elevation of each ring, where the sensor is known [deg].
+        in_clear_air: ScanInput from the same pose without smoke, for what a method learns there.
     """
 
     xyz: np.ndarray
@@ -30,6 +31,7 @@ class ScanInput:
     sensor_height: float
     T_world_sensor: np.ndarray
     elevation_deg: Optional[Tuple[float, ...]] = None
+    in_clear_air: Optional["ScanInput"] = None
 
     @classmethod
     def of(cls, scan, elevation_deg=None):

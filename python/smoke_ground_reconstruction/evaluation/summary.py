@@ -47,6 +47,11 @@ def figures(cells):
             found.append(Figure(f"height_{name}@{cell}", ("floor", cell, "height", name), _widest))
         for name in ("mean_abs", "p95"):
             found.append(Figure(f"height_{name}@{cell}", ("floor", cell, "height", name), max))
+    visibility = ("visibility",), ("visibility", "after_clear_air")
+    for name, path in zip(("extinction", "extinction_after_clear"), visibility):
+        found.append(Figure(name, (*path, "extinction"), max))
+        found.append(Figure(f"{name}_error", (*path, "error"), max))
+    found.append(Figure("true_extinction", ("visibility", "true"), max))
     for name in ("smoke_removed", "floor_kept", "walls_kept"):
         found.append(Figure(name, ("denoising", name), min))
     for kind in ("ground", "walls"):

@@ -112,6 +112,29 @@ def point_table(title, rows):
     return Table(title, ["method", "scene", "smoke", "scans"] + list(names.values()), shown, note)
 
 
+def visibility_table(title, rows):
+    """The extinction that methods tell beside the true one, of summary rows."""
+    columns = ["method", "scene", "smoke", "scans", "true [1/m]"]
+    for name in ("after clear air", "at first sight"):
+        columns += [f"{name} [1/m]", "told", "error"]
+    shown = []
+    for row in rows:
+        if "true_extinction" not in row:
+            continue
+        true = row["true_extinction"]["mean"]
+        cells = [row["method"], row["scene"], row["level"], _scans(row), f"{true:.3f}"]
+        for name in ("extinction_after_clear", "extinction"):
+            told = row.get(name)
+            cells += [NOTHING if told is None else f"{told['mean']:.3f}"]
+            cells += [f"{0 if told is None else told['scans']}", mean_worst(row, f"{name}_error")]
+        shown.append(cells)
+    note = (
+        "mean over scans; told: scans that tell an extinction; error: absolute, as a share of the"
+        " true one, mean / worst scan that tells one."
+    )
+    return Table(title, columns, shown, note)
+
+
 def feature_table(rows):
     """Ground precision and recall without and with the 30 mm feature, by scene and smoke.
 

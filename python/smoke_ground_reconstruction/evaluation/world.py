@@ -58,6 +58,17 @@ def scan(scene, sensor, pose, level, seed):
     return ScanInput.of(simulated, tuple(_sensor(sensor).elevation_deg))
 
 
+@lru_cache(maxsize=8)
+def clear_scan(scene, sensor, pose):
+    """The pose's scan of seed 0 in clear air."""
+    return scan(scene, sensor, pose, "clear", 0)
+
+
+def extinction(scene, sensor, pose, level):
+    """Mean extinction of a level's smoke [1/m]."""
+    return calibration(scene, sensor, pose, level)["mean_extinction"]
+
+
 def truth(scene, sensor, pose, cell, level, seed=0):
     """The FloorTruth that belongs to a scan, in cells of an edge [m]."""
     return simulation.level_truth(scene, sensor, pose, level, seed, cell)

@@ -16,6 +16,7 @@ from .polar_segments import PolarSegments
 from .room_boundary import RoomBoundary
 from .scan import Mounting, Scan, ScanView
 from .sensor_model import SensorModel
+from .visibility import UNKNOWN, Visibility
 from .wall_clustering import WallClustering
 
 
@@ -31,6 +32,8 @@ class PipelineResult:
         Wall cluster per input point, or NO_CLUSTER.
     surface : FloorSurface
     occupancy : OccupancyGrid
+    visibility : Visibility
+        Unknown with `polar_segments`.
     times : dict
         Milliseconds of wall time per stage, in the order of work.
     """
@@ -39,6 +42,7 @@ class PipelineResult:
     clusters: np.ndarray
     surface: FloorSurface
     occupancy: OccupancyGrid
+    visibility: Visibility
     times: Dict[str, float]
 
 
@@ -83,7 +87,7 @@ class Pipeline:
         resolution = self.params.reconstructor.occupancy_resolution
         occupancy = rasterize(surface, walls, mounting, resolution)
         watch.lap("rasterize")
-        return PipelineResult(labels, clusters, surface, occupancy, watch.times)
+        return PipelineResult(labels, clusters, surface, occupancy, UNKNOWN, watch.times)
 
     def _process_room(self, view, mounting):
         """`room_boundary` denoises and segments by itself; it has no clusters."""
@@ -97,7 +101,9 @@ class Pipeline:
         occupancy = rasterize(room.surface, walls, mounting, resolution)
         watch.lap("rasterize")
         clusters = np.full(len(view.xyz), NO_CLUSTER, np.uint32)
-        return PipelineResult(room.labels, clusters, room.surface, occupancy, watch.times)
+        return PipelineResult(
+            room.labels, clusters, room.surface, occupancy, room.visibility, watch.times
+        )
 
 
 class _Stopwatch:
