@@ -82,10 +82,11 @@ struct ReliefGrid {
   void rank();
   void rank(Cell* cell, float* first) const;
 
-  std::vector<std::uint32_t> cell_of_;  // by return of the input, kCells where it has none
-  std::vector<std::uint8_t> is_off_;    // by cell: does a return lie off the plane?
-  std::vector<std::uint32_t> begin_;    // by cell
-  std::vector<float> heights_;          // by cell, of those that are to be ranked
+  std::vector<std::uint32_t> cell_of_;    // by return of the input, kCells where it has none
+  std::vector<std::uint8_t> is_off_;      // by cell: does a return lie off the plane?
+  std::vector<std::uint32_t> begin_;      // by cell
+  std::vector<std::uint32_t> off_cells_;  // with returns off the plane
+  std::vector<float> heights_;            // by cell, of those that are to be ranked
 };
 
 /// What of the floor is not on its plane: ramps, platforms and steps, and how they go on where

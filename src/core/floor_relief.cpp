@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/floor_relief.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -15,7 +16,9 @@ namespace {
 constexpr int kSide = ReliefGrid::kSide;
 constexpr double kNearest = 0.5;      // planar range [m]
 constexpr std::uint32_t kPoints = 4;  // of a cell
-constexpr double kSpread = 0.04;      // between 10th and 90th percentile of a cell's heights [m]
+constexpr std::uint32_t kMany =
+    16;                           // returns of a cell that are looked over before they are ranked
+constexpr double kSpread = 0.04;  // between 10th and 90th percentile of a cell's heights [m]
 constexpr double kOnPlane = 0.03;
 constexpr double kSlack = 0.015;  // of the rise between neighbouring cells [m]
 constexpr double kNear = 0.45;    // returns on floor drawn on lie so near to measured floor [m]
@@ -24,6 +27,21 @@ constexpr std::size_t kPlatformCells = 25;
 constexpr std::size_t kFewestCells = 6;  // fewer make no facet: clutter
 constexpr double kUnseenSlope = 0.35;    // of the steepest slope seen may be missed per metre
 constexpr double kUnseenHeight = 0.1;    // ... or of the greatest height
+
+/// Are heights so scattered, as those of walls are, that their percentiles cannot lie within
+/// kSpread of each other? Those between them would lie in two slots side by side.
+bool isScattered(const float* height, std::uint32_t count) {
+  constexpr double kPerMetre = 0.8 / kSpread;
+  constexpr std::size_t kSlots = 20;
+  std::array<std::uint32_t, kSlots + 1> counts{};
+  for (std::uint32_t i = 0; i < count; ++i) {
+    ++counts[static_cast<std::size_t>((height[i] - ReliefGrid::kLowest) * kPerMetre)];
+  }
+  const std::uint32_t between = (9 * count) / 10 - count / 10 + 1;
+  std::uint32_t most = 0;
+  for (std::size_t s = 0; s < kSlots; ++s) most = std::max(most, counts[s] + counts[s + 1]);
+  return most < between;
+}
 
 /// Column or row of a coordinate.
 int indexOf(double coordinate) { return floorToInt(coordinate / ReliefGrid::kCell) + kSide / 2; }
@@ -102,25 +120,28 @@ void ReliefGrid::take(const ReliefReturns& input) {
 
 /// What the heights of each cell say. No need to rank what lies on the plane altogether.
 void ReliefGrid::rank() {
-  begin_.assign(kCells, 0);
+  begin_.resize(kCells);
+  off_cells_.clear();
   std::uint32_t ranked = 0;
-  for (std::size_t c = 0; c < kCells; ++c) {
+  for (std::uint32_t c = 0; c < kCells; ++c) {
     cells[c].is_even = cells[c].count >= kPoints;
     if (is_off_[c] == 0) continue;
+    off_cells_.push_back(c);
     begin_[c] = ranked;
     ranked += cells[c].count;
   }
   heights_.resize(ranked);
   for (const std::uint32_t i : off) heights_[begin_[returns[i].cell]++] = returns[i].height;
-  for (std::size_t c = 0; c < kCells; ++c) {
-    if (is_off_[c] == 0 || cells[c].count < kPoints) continue;
-    rank(&cells[c], heights_.data() + begin_[c] - cells[c].count);
+  for (const std::uint32_t c : off_cells_) {
+    if (cells[c].count >= kPoints) rank(&cells[c], heights_.data() + begin_[c] - cells[c].count);
   }
 }
 
 /// Median of a cell's heights, if they agree on one.
 void ReliefGrid::rank(Cell* cell, float* first) const {
   const std::uint32_t count = cell->count;
+  cell->is_even = false;
+  if (count >= kMany && isScattered(first, count)) return;
   float* low = first + count / 10;
   float* middle = first + count / 2;
   float* high = first + (9 * count) / 10;
