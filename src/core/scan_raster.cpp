@@ -52,6 +52,7 @@ ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const
   z.resize(places + 1);
   place.resize(scan.size());
   fill(scan, labels, bins, sensor);
+  if (is_crowded) return;
   std::sort(extras.begin(), extras.end(), [](const Extra& a, const Extra& b) {
     return a.place != b.place ? a.place < b.place : a.point < b.point;
   });
