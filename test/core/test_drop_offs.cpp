@@ -80,9 +80,12 @@ TEST(DropOffs, LetTheFloorGoOnWhereItIsMeasuredAgain) {
   EXPECT_FALSE(drops.hides(10, 2.94));
 }
 
-TEST(DropOffs, NeedTwoWitnesses) {
+TEST(DropOffs, NeedTwoWitnessesWhereThereAreTwo) {
   Scene scene;
+  scene.addFloor(10, 1.8);
   scene.addCrossing(10, 2.0);
+  EXPECT_NEAR(scene.find().begin[10], 1.78, 1e-6);  // no other return tells of a drop
+  for (const double planar : {2.0, 2.2}) scene.addCrossing(500, planar);
   EXPECT_EQ(scene.find().begin[10], kInfinity);
 }
 
