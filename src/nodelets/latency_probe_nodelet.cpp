@@ -95,6 +95,12 @@ PipelineParams paramsOf(const std::string& chain) {
   return params;
 }
 
+/// Past all that a probe before this one can have sent, at less than a scan a millisecond: scans of
+/// its own may still be under way.
+std::uint32_t firstSeq() {
+  return static_cast<std::uint32_t>(nanosecondsOf(steady_clock::now()) / 1000000);
+}
+
 /// Time up to the floor: without the occupancy grid, for which nobody listens here.
 double millisecondsToFloor(const PipelineResult& result) {
   double sum = 0.0;
@@ -248,7 +254,7 @@ class LatencyProbeNodelet : public nodelet::Nodelet {
   std::mutex mutex_;
   std::condition_variable has_arrived_;
   steady_clock::time_point last_arrival_;
-  std::uint32_t last_seq_ = 0;
+  std::uint32_t last_seq_ = firstSeq();
   ros::Publisher cloud_pub_, result_pub_;
   ros::Subscriber surface_sub_;
   std::vector<ros::Subscriber> timing_subs_;

@@ -54,7 +54,9 @@ void LatencyLog::sent(const sensor_msgs::PointCloud2& scan, std::uint64_t time) 
 
 void LatencyLog::arrived(const sensor_msgs::PointCloud2& floor, std::uint64_t time) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  Scan& scan = scans_[floor.header.seq];
+  const auto found = scans_.find(floor.header.seq);
+  if (found == scans_.end()) return;  // sent by somebody else
+  Scan& scan = found->second;
   if (++scan.floors > 1) return;
   scan.arrived = time;
   scan.floor_buffer = addressOf(floor);
