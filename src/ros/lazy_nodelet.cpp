@@ -68,6 +68,7 @@ void LazyNodelet::listenAnew() {
 
 void LazyNodelet::handleScan(const std_msgs::Header& header,
                              const std::function<Kept(StageTiming&)>& work) {
+  if (cameBefore(header)) return;
   try {
     StageTiming timing(header);
     const Kept kept = work(timing);
@@ -77,6 +78,14 @@ void LazyNodelet::handleScan(const std_msgs::Header& header,
     health_.scanDropped(error.what());
     NODELET_WARN_THROTTLE(5.0, "Dropped a scan in '%s': %s", header.frame_id.c_str(), error.what());
   }
+}
+
+bool LazyNodelet::cameBefore(const std_msgs::Header& header) {
+  const Arrival arrival{&header, header.stamp, header.seq};
+  const bool is_same = !header.stamp.isZero() && arrival.header == last_.header &&
+                       arrival.stamp == last_.stamp && arrival.seq == last_.seq;
+  last_ = arrival;
+  return is_same;
 }
 
 void LazyNodelet::warnOfDerivedRings(const sensor_msgs::PointCloud2& cloud) {

@@ -62,7 +62,16 @@ class LazyNodelet : public nodelet::Nodelet {
   static constexpr int kOutputQueueSize = 2;
 
  private:
+  struct Arrival {
+    const void* header = nullptr;  // where it lies, and nothing else is asked of it
+    ros::Time stamp;
+    std::uint32_t seq = 0;
+  };
+
   void initialize();
+  /// Was it this very message that came last? Where a driver in the same process advertises while
+  /// we subscribe, roscpp may link the two twice, and hand each message over twice.
+  bool cameBefore(const std_msgs::Header& header);
   void updateListening();
 
   StageHealth health_;
@@ -75,6 +84,7 @@ class LazyNodelet : public nodelet::Nodelet {
   bool is_always_on_ = false;
   bool is_listening_ = false;
   bool has_warned_of_rings_ = false;
+  Arrival last_;
 };
 
 /// Makes a message only where somebody takes it, and publishes it.
