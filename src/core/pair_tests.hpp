@@ -27,13 +27,6 @@ struct Point {
         range(smoke_ground_reconstruction::range(px, py, pz)) {}
 };
 
-inline double squaredDistance(const Point& a, const Point& b) {
-  const double dx = a.x - b.x;
-  const double dy = a.y - b.y;
-  const double dz = a.z - b.z;
-  return (dx * dx + dy * dy) + dz * dz;
-}
-
 /// What Algorithm 4 looks at in two consecutive points of a column.
 struct Pair {
   double height_step;      // dz [m]

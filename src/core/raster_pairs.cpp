@@ -1,6 +1,7 @@
 #include "raster_pairs.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "multiversion.hpp"
@@ -92,8 +93,14 @@ class RasterPairs {
  private:
   /// One of the points at a place: the extras after the one in the raster.
   struct Found {
-    Point point;
+    std::array<float, 3> at;
     std::int8_t* says;
+
+    Point point() const { return {at[0], at[1], at[2]}; }
+    double squaredDistanceTo(const Found& other) const {
+      const auto& to = other.at;
+      return squaredDistance(at[0], at[1], at[2], to[0], to[1], to[2]);
+    }
   };
 
   /// From the highest row down, or up: the labelled points of a pair are those of the later row.
@@ -134,29 +141,29 @@ class RasterPairs {
     findAt(upper, &seconds_);
     for (const Found& found : label_first_ ? firsts_ : seconds_) *found.says = kSaysNothing;
     for (const Found& first : firsts_) {
-      const Found& second = nearest(first.point);
+      const Found& second = nearest(first);
       std::int8_t* const says = label_first_ ? first.says : second.says;
-      *says = std::max(*says, static_cast<std::int8_t>(tests_.judge(first.point, second.point)));
+      *says =
+          std::max(*says, static_cast<std::int8_t>(tests_.judge(first.point(), second.point())));
     }
   }
 
   void findAt(std::size_t at, std::vector<Found>* found) {
-    found->assign(1, {pointAt(at), &says_[at]});
+    found->assign(1, {{raster_.x[at], raster_.y[at], raster_.z[at]}, &says_[at]});
     const auto is_before = [](const ScanRaster::Extra& extra, std::size_t place) {
       return extra.place < place;
     };
     const auto begin = raster_.extras.begin();
     for (auto e = std::lower_bound(begin, raster_.extras.end(), at, is_before);
          e != raster_.extras.end() && e->place == at; ++e) {
-      const auto point = scan_.point(e->point);
-      found->push_back({Point(point[0], point[1], point[2]), &extra_says_[e - begin]});
+      found->push_back({scan_.point(e->point), &extra_says_[e - begin]});
     }
   }
 
-  /// The second that is nearest to a point; ties: the first, which has the lower index in the scan.
-  const Found& nearest(const Point& point) const {
+  /// The second that is nearest to a first; ties: the first, which has the lower index in the scan.
+  const Found& nearest(const Found& to) const {
     return *std::min_element(seconds_.begin(), seconds_.end(), [&](const Found& a, const Found& b) {
-      return squaredDistance(a.point, point) < squaredDistance(b.point, point);
+      return a.squaredDistanceTo(to) < b.squaredDistanceTo(to);
     });
   }
 
