@@ -13,7 +13,6 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr Matrix3 kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
 constexpr double kAtWall = 0.008;    // the claimed floor ends this far before the wall [m]
 constexpr double kFill = 0.6;        // claimed floor between rings is drawn so densely, in cells
 constexpr double kColumn = 0.00698;  // width of a column at 1 m [m]
@@ -179,7 +178,7 @@ void FloorCompletion::layBeams(const Room& room, const Mounting& mounting) {
   beams_.up_slope = turn[8] - (plane[0] * turn[2] + plane[1] * turn[5]);
   beams_.plane = plane;
   beams_.lowest = *std::min_element(beams_.slope.begin(), beams_.slope.end());
-  beams_.is_level = turn == Matrix3{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  beams_.is_level = turn == kIdentity;
 }
 
 /// False where every beam of a ring surely passes over the floor, or meets it too far away.
@@ -333,7 +332,7 @@ void FloorCompletion::placeDrawn(Room* room, const SensorModel& sensor, const Mo
   const std::size_t size = drawn_.size;
   const std::size_t first = claim_.measured.size();
   const Points* level = &drawn_.points;
-  if (room->rotation() != kLevel) {
+  if (room->rotation() != kIdentity) {
     for (auto* values : {&level_.x, &level_.y, &level_.z}) values->resize(drawn_.column.size());
     turnPoints(arraysOf(drawn_.points, size), transposed(room->rotation()), level_.x.data(),
                level_.y.data(), level_.z.data());

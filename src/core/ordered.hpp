@@ -26,6 +26,8 @@ class OrderedSum {
 using Matrix3 = std::array<double, 9>;  ///< row by row
 using Vector3 = std::array<double, 3>;
 
+constexpr Matrix3 kIdentity = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
 /// Inverse of a symmetric matrix by its cofactors; only the upper half is read.
 inline Matrix3 symmetricInverse(const Matrix3& m) {
   const double xx = m[0], xy = m[1], xz = m[2], yy = m[4], yz = m[5], zz = m[8];

@@ -37,8 +37,6 @@ constexpr std::size_t kLookedAt = 16000;  // returns, at least, that tell means 
 constexpr std::size_t kStrengths = 1000;  // returns of floor, at least, if there are as many
 constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above the highest beam
 
-bool isIdentity(const Matrix3& m) { return m == Matrix3{1, 0, 0, 0, 1, 0, 0, 0, 1}; }
-
 }  // namespace
 
 void FarthestReturns::clear(std::size_t columns) { ranges_.assign(columns, {0.0F, 0.0F, 0.0F}); }
@@ -85,7 +83,7 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
 void Room::takeIn(const Points& level) {
   const std::size_t n = level.size();
   returns_.points = &level;
-  if (!isIdentity(rotation_)) {
+  if (rotation_ != kIdentity) {
     for (auto* values : {&turned_.x, &turned_.y, &turned_.z}) values->resize(n);
     turnPoints({level.x.data(), level.y.data(), level.z.data(), n}, rotation_, turned_.x.data(),
                turned_.y.data(), turned_.z.data());

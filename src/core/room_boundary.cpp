@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "ordered.hpp"
 #include "point_loops.hpp"
 #include "validation.hpp"
 
@@ -14,8 +15,6 @@ constexpr double kColumnDeg = 0.4;
 constexpr std::uint32_t kWedgeColumns = 45;  // of a wedge that tells which frame is upright
 constexpr std::uint32_t kWedges = 4;         // one in so many does
 constexpr std::size_t kWedgeReturns = 1000;  // in posts, at least, tell
-
-using Rotation = std::array<double, 9>;
 
 }  // namespace
 
@@ -109,13 +108,12 @@ Room& RoomBoundary::findFloor(const Mounting& mounting, FloorModel* floor) {
 /// The room in whichever frame stands its walls upright: the level one or the floor's. Some wedges
 /// of it tell, if enough of their returns stand in posts.
 Room& RoomBoundary::look(const FloorModel& floor) {
-  constexpr Rotation kLevel = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   const auto levelling = levellingRotation(floor.plane);
   if (!levelling) {
-    rooms_[0].look(level_, intensity_, floor, kLevel, params_);
+    rooms_[0].look(level_, intensity_, floor, kIdentity, params_);
     return rooms_[0];
   }
-  const std::array<Rotation, 2> frames = {kLevel, *levelling};
+  const std::array<Matrix3, 2> frames = {kIdentity, *levelling};
   const auto standing = [&](const Points& points, const std::vector<float>& intensity) {
     for (std::size_t k = 0; k < 2; ++k) {
       rooms_[k].look(points, intensity, floor, frames[k], params_);
