@@ -67,8 +67,10 @@ class WindowCounter : public NeighborCounter {
   template <typename Part>
   void forEachPart(float column, float to_the_side, const Part& part) const;
   void answerBeside(const Crowd& crowd, std::vector<Answer>* answers) const;
-  void answerRow(int shell, int row, const Reach& reach, const Crowd& crowd,
-                 std::vector<Answer>* answers) const;
+  void answerAsked(const Crowd& crowd, std::vector<Answer>* answers) const;
+  void listAsked(const std::vector<Answer>& answers, std::vector<std::uint32_t>* asked) const;
+  const std::uint32_t* answerRow(int shell, int row, const Reach& reach, const Crowd& crowd,
+                                 const std::uint32_t* asked, std::vector<Answer>* answers) const;
   void answer(const Reach& reach, const Crowd& crowd, std::vector<Run>* runs, Queries* queries,
               std::vector<Answer>* answers) const;
 

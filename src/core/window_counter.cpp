@@ -33,7 +33,9 @@ constexpr std::uint32_t kPadding = 8;            // places before the first and 
 constexpr std::size_t kAlongRow = 8;             // places looked at to either side of a point
 constexpr std::uint32_t kGroupsBetweenSums = 6;  // of kLanes
 constexpr std::uint32_t kBetweenLooks = 16;      // at what eight queries have found
-constexpr int kMostBuckets = 1 << 17;            // more cost more to clear than they save
+constexpr int kMostBuckets = 1 << 18;            // more cost more to clear than they save
+constexpr int kColumnsPerRow = 2;                // a row of buckets is as high as so many are wide
+constexpr int kWidestGroup = 2 * kColumnsPerRow;  // columns from first to last of eight queries
 
 // Shells of range, each farther by the square root of 2: by the exponent of squared ranges.
 constexpr int kMostShells = 20;
@@ -299,13 +301,14 @@ WindowCounter::WindowCounter(const Scan& scan, double radius_per_range)
   fillBuckets();
 }
 
-/// A third of the window's half angle: few empty looks, few candidates outside the radius. Not less
-/// than some points wide, so that those beside each other in a row are neighbours, too.
+/// Rows a third of the window's half angle high, and a hair more, so that a window reaches three
+/// beyond its own and not four: few empty looks, few candidates outside the radius. Not less than
+/// some points high, so that those beside each other in a row are neighbours, too.
 void WindowCounter::chooseBuckets() {
-  const double half_angle = std::asin(std::min(radius_per_range_, 1.0));
-  const double angle = std::clamp(half_angle / 3.0, 1.2 * kDegree, 10.0 * kDegree);
-  rows_ = static_cast<int>(std::ceil(2.0 / angle));
-  columns_ = static_cast<int>(std::ceil(2.0 * M_PI / angle));
+  const double half_angle = std::asin(std::min(radius_per_range_, 1.0)) + 2.0 * kAngleMargin;
+  const double angle = std::clamp(half_angle / 3.0, 1.25 * kDegree, 10.0 * kDegree);
+  rows_ = static_cast<int>(2.0 / (angle + 2.0 * kSineMargin));
+  columns_ = static_cast<int>(kColumnsPerRow * kTwoPi / angle);
   shells_ = kMostShells * rows_ * columns_ <= kMostBuckets ? kMostShells : 1;
   const int parts = kPartsPerRow * rows_;
   reaches_.reserve(static_cast<std::size_t>(parts));
@@ -546,13 +549,9 @@ void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, cons
   answers.assign(bucket_begin_.back(), Answer::kInside);
   for (const std::uint32_t i : points) answers[place_[i]] = Answer::kAsked;
   answerBeside(crowd, &answers);
-  const double k = crowd.radius_per_range;
-  for (int row = 0; row < rows_; ++row) {
-    const Reach reach = reachOf(2.0 * row / rows_ - 1.0, 2.0 * (row + 1) / rows_ - 1.0, k);
-    for (int shell = 0; shell < shells_; ++shell) answerRow(shell, row, reach, crowd, &answers);
-  }
+  answerAsked(crowd, &answers);
   const auto is_outside = [&](std::uint32_t i) {
-    return !isBetween(i, squaredRadius(i, k), crowd.more_than, crowd.at_most);
+    return !isBetween(i, squaredRadius(i, crowd.radius_per_range), crowd.more_than, crowd.at_most);
   };
   outsiders->resize(points.size());
   std::uint32_t* next = outsiders->data();
@@ -578,24 +577,55 @@ void WindowCounter::answerBeside(const Crowd& crowd, std::vector<Answer>* answer
   }
 }
 
-void WindowCounter::answerRow(int shell, int row, const Reach& reach, const Crowd& crowd,
-                              std::vector<Answer>* answers) const {
-  const double squared = crowd.radius_per_range * crowd.radius_per_range;
-  constexpr int kWidest = 1;  // columns apart: a wider window serves none of them
-  const std::uint32_t* begin = rowBegin(shell, row);
-  if (begin[0] == begin[columns_]) return;
-  Queries queries(shell, row);
-  Recycled<Run> runs;
-  for (int column = 0; column < columns_; ++column) {
-    const bool is_far = queries.size > 0 && column - queries.first_column > kWidest;
-    if (is_far) answer(reach, crowd, &runs, &queries, answers);
-    for (std::uint32_t at = begin[column]; at < begin[column + 1]; ++at) {
-      if ((*answers)[at] != Answer::kAsked) continue;
-      queries.add(at, column, x_.data(), y_.data(), z_.data(), squared);
-      if (queries.size == kLanes) answer(reach, crowd, &runs, &queries, answers);
+void WindowCounter::answerAsked(const Crowd& crowd, std::vector<Answer>* answers) const {
+  Recycled<Reach> reaches;  // by row
+  for (int row = 0; row < rows_; ++row) {
+    reaches.push_back(
+        reachOf(2.0 * row / rows_ - 1.0, 2.0 * (row + 1) / rows_ - 1.0, crowd.radius_per_range));
+  }
+  Recycled<std::uint32_t> asked;
+  listAsked(*answers, &asked);
+  const std::uint32_t* next = asked.data();
+  for (int shell = 0; shell < shells_; ++shell) {
+    for (int row = 0; row < rows_; ++row) {
+      const Reach& reach = reaches[static_cast<std::size_t>(row)];
+      next = answerRow(shell, row, reach, crowd, next, answers);
     }
   }
+}
+
+/// The asked places in their order, and a last one behind all. No branches: smoke decides which.
+void WindowCounter::listAsked(const std::vector<Answer>& answers,
+                              std::vector<std::uint32_t>* asked) const {
+  asked->resize(answers.size() + 1);
+  std::uint32_t* next = asked->data();
+  const auto end = static_cast<std::uint32_t>(answers.size());
+  for (std::uint32_t at = kPadding; at < end; ++at) {
+    *next = at;
+    next += answers[at] == Answer::kAsked ? 1 : 0;
+  }
+  *next = end;
+}
+
+/// \param asked  the first asked place of the row, or behind it.
+/// \return the first one behind the row.
+const std::uint32_t* WindowCounter::answerRow(int shell, int row, const Reach& reach,
+                                              const Crowd& crowd, const std::uint32_t* asked,
+                                              std::vector<Answer>* answers) const {
+  const double squared = crowd.radius_per_range * crowd.radius_per_range;
+  const std::uint32_t* begin = rowBegin(shell, row);
+  Queries queries(shell, row);
+  Recycled<Run> runs;
+  int column = 0;
+  for (; *asked < begin[columns_]; ++asked) {
+    while (begin[column + 1] <= *asked) ++column;
+    const bool is_far = queries.size > 0 && column - queries.first_column > kWidestGroup;
+    if (is_far) answer(reach, crowd, &runs, &queries, answers);
+    queries.add(*asked, column, x_.data(), y_.data(), z_.data(), squared);
+    if (queries.size == kLanes) answer(reach, crowd, &runs, &queries, answers);
+  }
   if (queries.size > 0) answer(reach, crowd, &runs, &queries, answers);
+  return asked;
 }
 
 void WindowCounter::answer(const Reach& reach, const Crowd& crowd, std::vector<Run>* runs,
