@@ -4,8 +4,11 @@
 #include <cstring>
 #include <limits>
 
+#include "lanes.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
+#include "packed_view.hpp"
+#include "smoke_ground_reconstruction/scan.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -22,7 +25,67 @@ float upper(double bound) {
 /// ... as a lower bound.
 float lower(double bound) { return -upper(-bound); }
 
+constexpr std::size_t kFour = 4;
+
+FourFloats magnitudeOf(const FourFloats& four) {
+  FourInts bits;
+  std::memcpy(&bits, &four, sizeof(bits));
+  bits &= 0x7FFFFFFF;
+  FourFloats magnitude;
+  std::memcpy(&magnitude, &bits, sizeof(magnitude));
+  return magnitude;
+}
+
+/// Are all of four points isReturn()?
+bool areReturns(const FourFloats& x, const FourFloats& y, const FourFloats& z) {
+  constexpr FourFloats kFarthest = {kFarthestReturn, kFarthestReturn, kFarthestReturn,
+                                    kFarthestReturn};
+  const FourInts is_in_reach =
+      (magnitudeOf(x) <= kFarthest) & (magnitudeOf(y) <= kFarthest) & (magnitudeOf(z) <= kFarthest);
+  const FourInts is_off_origin = (x != 0.0F) | (y != 0.0F) | (z != 0.0F);
+  const FourInts is_return = is_in_reach & is_off_origin;
+  std::array<std::uint64_t, 2> bits{};
+  std::memcpy(bits.data(), &is_return, sizeof(bits));
+  return (bits[0] & bits[1]) == std::numeric_limits<std::uint64_t>::max();
+}
+
+/// Takes the points [begin, end) one by one.
+std::size_t takeEach(const ScanView& scan, std::size_t begin, std::size_t end, std::size_t count,
+                     const TakenReturns& to) {
+  for (std::size_t i = begin; i < end; ++i) {
+    const float x = to.x[count] = scan.x[i];
+    const float y = to.y[count] = scan.y[i];
+    const float z = to.z[count] = scan.z[i];
+    to.intensity[count] = scan.intensity[i];
+    to.index[count] = static_cast<std::uint32_t>(i);
+    count += isReturn(x, y, z) ? 1U : 0U;
+  }
+  return count;
+}
+
 }  // namespace
+
+std::size_t takeReturns(const ScanView& scan, const TakenReturns& to) {
+  const ScanView from = scan;  // which nothing that is written can be part of
+  if (!isPacked(from)) return takeEach(from, 0, from.size, 0, to);
+  std::size_t count = 0, i = 0;
+  for (; i + kFour <= from.size; i += kFour) {
+    const auto [x, y, z, intensity] = fourPoints(from, i);
+    if (!areReturns(x, y, z)) {
+      count = takeEach(from, i, i + kFour, count, to);
+      continue;
+    }
+    const auto first = static_cast<std::int32_t>(i);
+    const FourInts index = {first, first + 1, first + 2, first + 3};
+    std::memcpy(to.x + count, &x, sizeof(x));
+    std::memcpy(to.y + count, &y, sizeof(y));
+    std::memcpy(to.z + count, &z, sizeof(z));
+    std::memcpy(to.intensity + count, &intensity, sizeof(intensity));
+    std::memcpy(to.index + count, &index, sizeof(index));
+    count += kFour;
+  }
+  return takeEach(from, i, from.size, count, to);
+}
 
 SMOKE_GROUND_MULTIVERSION
 void turnPoints(const PointArrays& points, const std::array<double, 9>& rotation, float* x,

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "smoke_ground_reconstruction/return_kind.hpp"
+#include "smoke_ground_reconstruction/scan_view.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -16,6 +17,17 @@ struct PointArrays {
   const float *x, *y, *z;
   std::size_t size;
 };
+
+/// Where the returns of a scan are put, one array each.
+struct TakenReturns {
+  float *x, *y, *z, *intensity;
+  std::uint32_t* index;  ///< in the scan
+};
+
+/// Takes the points of a scan that isReturn(), in order.
+/// \param to  with room for all points.
+/// \return their number.
+std::size_t takeReturns(const ScanView& scan, const TakenReturns& to);
 
 /// The points in a frame turned by a rotation (row by row); sums in double. Not in place.
 void turnPoints(const PointArrays& points, const std::array<double, 9>& rotation, float* x,

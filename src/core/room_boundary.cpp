@@ -69,15 +69,8 @@ void RoomBoundary::takeIn(const ScanView& scan, const Mounting& mounting) {
   Points& taken = mounting.isLevel() ? level_ : sensed_;
   for (auto* values : {&taken.x, &taken.y, &taken.z, &intensity_}) values->resize(scan.size);
   valid_.resize(scan.size);
-  std::size_t count = 0;
-  for (std::uint32_t i = 0; i < scan.size; ++i) {
-    const float x = taken.x[count] = scan.x[i];
-    const float y = taken.y[count] = scan.y[i];
-    const float z = taken.z[count] = scan.z[i];
-    intensity_[count] = scan.intensity[i];
-    valid_[count] = i;
-    count += isReturn(x, y, z) ? 1U : 0U;
-  }
+  const std::size_t count = takeReturns(
+      scan, {taken.x.data(), taken.y.data(), taken.z.data(), intensity_.data(), valid_.data()});
   for (auto* values : {&taken.x, &taken.y, &taken.z, &intensity_}) values->resize(count);
   valid_.resize(count);
   if (mounting.isLevel()) return;

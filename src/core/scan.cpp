@@ -6,6 +6,7 @@
 
 #include "lanes.hpp"
 #include "multiversion.hpp"
+#include "packed_view.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -29,22 +30,12 @@ void copyFields(const ScanView& view, std::size_t begin, std::size_t end, float*
   }
 }
 
-/// Do x, y, z and intensity of a point lie side by side, as most drivers pack them?
-bool isPacked(const ScanView& view) {
-  constexpr std::ptrdiff_t kSize = sizeof(float);
-  const auto lies = [&](const StridedField<float>& field, std::ptrdiff_t behind_x) {
-    return field.data() == view.x.data() + behind_x && field.stride() == view.x.stride();
-  };
-  return lies(view.y, kSize) && lies(view.z, 2 * kSize) && lies(view.intensity, 3 * kSize);
-}
-
 /// The same where isPacked(), of a multiple of four points.
 void copyPacked(const ScanView& view, std::size_t begin, std::size_t end, float* x, float* y,
                 float* z, float* intensity, std::uint16_t* ring) {
-  const StridedField<FourFloats> points(view.x.data(), view.x.stride());
   const StridedField<std::uint16_t> from_ring = view.ring;
   for (std::size_t i = begin; i < end; i += 4) {
-    const auto fields = transposed(points[i], points[i + 1], points[i + 2], points[i + 3]);
+    const auto fields = fourPoints(view, i);
     std::memcpy(x + i, &fields[0], sizeof(FourFloats));
     std::memcpy(y + i, &fields[1], sizeof(FourFloats));
     std::memcpy(z + i, &fields[2], sizeof(FourFloats));
