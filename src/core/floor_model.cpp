@@ -5,6 +5,7 @@
 
 #include "multiversion.hpp"
 #include "ordered.hpp"
+#include "point_loops.hpp"
 #include "sample.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -142,13 +143,7 @@ void FloorFitter::collectLow(const Points& returns, double sensor_height) {
   markLow(returns, static_cast<float>(sensor_height),
           static_cast<float>(params_.max_height_deviation),
           static_cast<float>(slopeOf(params_.max_floor_tilt_deg)), is_low_.data());
-  low_.resize(returns.size());
-  std::size_t count = 0;
-  for (std::uint32_t i = 0; i < returns.size(); ++i) {
-    low_[count] = i;
-    count += is_low_[i];
-  }
-  low_.resize(count);
+  listWhere(is_low_, 1, 1, &low_);
 }
 
 /// Tilt and height that most cells of the floor vote for; slight tilts win ties.

@@ -1,5 +1,6 @@
 #include "point_loops.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -47,6 +48,60 @@ bool areReturns(const FourFloats& x, const FourFloats& y, const FourFloats& z) {
   std::array<std::uint64_t, 2> bits{};
   std::memcpy(bits.data(), &is_return, sizeof(bits));
   return (bits[0] & bits[1]) == std::numeric_limits<std::uint64_t>::max();
+}
+
+// Of eight bits, the places of those that are set, in order, and their number.
+using Places = std::array<std::array<std::int32_t, kLanes>, 256>;
+constexpr Places placesOfBits() {
+  Places places{};
+  for (std::size_t bits = 0; bits < places.size(); ++bits) {
+    std::size_t count = 0;
+    for (std::int32_t place = 0; place < 8; ++place) {
+      if ((bits >> place & 1U) != 0) places[bits][count++] = place;
+    }
+  }
+  return places;
+}
+constexpr Places kPlaces = placesOfBits();
+
+constexpr std::array<std::uint8_t, 256> countsOfBits() {
+  std::array<std::uint8_t, 256> counts{};
+  for (std::size_t bits = 1; bits < counts.size(); ++bits) {
+    counts[bits] = static_cast<std::uint8_t>(counts[bits / 2] + bits % 2);
+  }
+  return counts;
+}
+constexpr std::array<std::uint8_t, 256> kCounts = countsOfBits();
+
+/// Which of eight flags are as wanted under a mask, one bit each.
+SMOKE_GROUND_PART std::uint32_t whereIn(const std::uint8_t* flags, std::uint8_t mask,
+                                        std::uint8_t wanted) {
+  constexpr std::uint64_t kEach = 0x0101010101010101U, kRest = 0x7F * kEach;
+  std::uint64_t word = 0;
+  std::memcpy(&word, flags, sizeof(word));
+  const std::uint64_t other = (word & mask * kEach) ^ wanted * kEach;
+  const std::uint64_t none_other = ~((((other & kRest) + kRest) | other) | kRest) >> 7;
+  return static_cast<std::uint32_t>(none_other * 0x0102040810204080U >> 56);
+}
+
+SMOKE_GROUND_PART std::size_t countWhere(const std::uint8_t* flags, std::size_t size,
+                                         std::uint8_t mask, std::uint8_t wanted) {
+  constexpr std::size_t kBytes = 32, kMost = 255 * kBytes;  // as much as counts can hold
+  std::size_t count = 0;
+  for (std::size_t begin = 0; begin < size; begin += kMost) {
+    const std::size_t end = std::min(size, begin + kMost);
+    std::array<std::uint8_t, kBytes> counts{};
+    std::size_t i = begin;
+    for (; i + kBytes <= end; i += kBytes) {
+      for (std::size_t k = 0; k < kBytes; ++k) {
+        const int is_wanted = (flags[i + k] & mask) == wanted ? 1 : 0;
+        counts[k] = static_cast<std::uint8_t>(counts[k] + is_wanted);
+      }
+    }
+    for (; i < end; ++i) count += (flags[i] & mask) == wanted ? 1U : 0U;
+    for (const std::uint8_t some : counts) count += some;
+  }
+  return count;
 }
 
 /// Takes the points [begin, end) one by one.
@@ -150,27 +205,29 @@ void findKinds(const PointArrays& points, const float* intensity, const float* p
   }
 }
 
-void listKind(const std::vector<std::uint8_t>& kinds, ReturnKind::Bit kind,
-              std::vector<std::uint32_t>* list) {
-  constexpr std::size_t kWord = 8;
-  const std::uint64_t mask = 0x0101010101010101U * kind;
-  const std::size_t size = kinds.size();
-  list->resize(size);
-  std::uint32_t* const out = list->data();
-  const std::uint8_t* const in = kinds.data();
-  std::size_t count = 0, i = 0;
-  const auto take = [&](std::size_t at) {
-    out[count] = static_cast<std::uint32_t>(at);
-    count += (in[at] & kind) != 0 ? 1U : 0U;
-  };
-  for (; i + kWord <= size; i += kWord) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, in + i, kWord);
-    if ((word & mask) == 0) continue;
-    for (std::size_t k = 0; k < kWord; ++k) take(i + k);
+SMOKE_GROUND_MULTIVERSION
+void listWhere(const std::vector<std::uint8_t>& flags, std::uint8_t mask, std::uint8_t wanted,
+               std::vector<std::uint32_t>* list) {
+  const std::size_t size = flags.size();
+  const std::uint8_t* const in = flags.data();
+  // Of the right size at once: to make it longer costs as much as to fill it.
+  list->resize(countWhere(in, size, mask, wanted) + kLanes);
+  std::uint32_t* out = list->data();
+  std::size_t i = 0;
+  for (; i + kLanes <= size; i += kLanes) {
+    const std::uint32_t which = whereIn(in + i, mask, wanted);
+    if (which == 0) continue;
+    Ints indices;
+    std::memcpy(&indices, &kPlaces[which], sizeof(indices));
+    indices += static_cast<std::int32_t>(i);
+    std::memcpy(out, &indices, sizeof(indices));
+    out += kCounts[which];
   }
-  for (; i < size; ++i) take(i);
-  list->resize(count);
+  for (; i < size; ++i) {
+    *out = static_cast<std::uint32_t>(i);
+    out += (in[i] & mask) == wanted ? 1 : 0;
+  }
+  list->resize(static_cast<std::size_t>(out - list->data()));
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -53,8 +53,14 @@ struct KindBounds {
 void findKinds(const PointArrays& points, const float* intensity, const float* planar,
                const float* height, const KindBounds& bounds, std::uint8_t* kind);
 
-/// Appends the indices of returns that are of a kind to an empty list, in order.
-void listKind(const std::vector<std::uint8_t>& kinds, ReturnKind::Bit kind,
-              std::vector<std::uint32_t>* list);
+/// The indices of flags that are as wanted under a mask, in order.
+void listWhere(const std::vector<std::uint8_t>& flags, std::uint8_t mask, std::uint8_t wanted,
+               std::vector<std::uint32_t>* list);
+
+/// Of returns that are of a kind.
+inline void listKind(const std::vector<std::uint8_t>& kinds, ReturnKind::Bit kind,
+                     std::vector<std::uint32_t>* list) {
+  listWhere(kinds, kind, kind, list);
+}
 
 }  // namespace smoke_ground_reconstruction
