@@ -83,11 +83,12 @@ class PostFinder {
   void find(const WallReturns& returns, Posts* posts);
 
  private:
-  void markDense(const std::vector<std::uint32_t>& key);
+  void findDense(const std::vector<std::uint32_t>& key, std::size_t begin, std::size_t end);
+  void addPosts(const WallReturns& returns, Posts* posts) const;
   void addPost(const WallReturns& returns, std::size_t begin, std::size_t end, Posts* posts) const;
 
   std::vector<std::uint8_t> has_near_;  // by place in the order of `returns`
-  std::vector<std::uint32_t> dense_;    // places in the order of `returns`
+  std::vector<std::uint32_t> dense_;    // of a stretch: places in the order of `returns`
 };
 
 /// Finds the ceiling; keeps its buffers.

@@ -141,7 +141,56 @@ void Posts::clear() {
 
 void PostFinder::find(const WallReturns& returns, Posts* posts) {
   posts->clear();
-  markDense(returns.key);
+  const std::vector<std::uint32_t>& key = returns.key;
+  has_near_.resize(key.size());
+  markNear(key.data(), key.size(), has_near_.data());
+  std::size_t end = 0;
+  while (true) {
+    const auto first = std::find(has_near_.begin() + static_cast<std::ptrdiff_t>(end),
+                                 has_near_.end(), std::uint8_t{1});
+    if (first == has_near_.end()) return;
+    std::size_t begin = static_cast<std::size_t>(first - has_near_.begin());
+    end = begin + 1;
+    while (begin > 0 && key[begin] - key[begin - 1] <= kHalf) --begin;
+    while (end < key.size() && key[end] - key[end - 1] <= kHalf) ++end;
+    findDense(key, begin, end);
+    addPosts(returns, posts);
+  }
+}
+
+/// Returns of a stretch, each near to the last, that have enough others near and most of those
+/// around.
+void PostFinder::findDense(const std::vector<std::uint32_t>& key, std::size_t begin,
+                           std::size_t end) {
+  dense_.clear();
+  std::size_t around_begin = begin, most_end = end;
+  while (around_begin > 0 && key[begin] - key[around_begin - 1] <= kAround) --around_begin;
+  while (most_end < key.size() && key[most_end] - key[end - 1] <= kAround) ++most_end;
+  const auto is_most = [](std::size_t near, std::size_t around) {
+    return static_cast<double>(near) >= kPostShare * static_cast<double>(around);
+  };
+  const std::size_t most_around = most_end - around_begin;
+  if (key[end - 1] - key[begin] <= kHalf && is_most(end - begin, most_around)) {
+    for (std::size_t i = begin; i < end; ++i) dense_.push_back(static_cast<std::uint32_t>(i));
+    return;
+  }
+  std::size_t near_begin = begin, near_end = begin, around_end = begin;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (has_near_[i] == 0) continue;
+    while (key[near_begin] + kHalf < key[i]) ++near_begin;
+    while (near_end < end && key[near_end] <= key[i] + kHalf) ++near_end;
+    bool is_dense = is_most(near_end - near_begin, most_around);
+    if (!is_dense) {
+      while (key[around_begin] + kAround < key[i]) ++around_begin;
+      while (around_end < most_end && key[around_end] <= key[i] + kAround) ++around_end;
+      is_dense = is_most(near_end - near_begin, around_end - around_begin);
+    }
+    if (is_dense) dense_.push_back(static_cast<std::uint32_t>(i));
+  }
+}
+
+/// Posts are stretches of dense returns each near to the last.
+void PostFinder::addPosts(const WallReturns& returns, Posts* posts) const {
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= dense_.size(); ++i) {
     const bool goes_on =
@@ -149,27 +198,6 @@ void PostFinder::find(const WallReturns& returns, Posts* posts) {
     if (goes_on) continue;
     addPost(returns, begin, i, posts);
     begin = i;
-  }
-}
-
-/// Returns that have enough others near, and most of those around.
-void PostFinder::markDense(const std::vector<std::uint32_t>& key) {
-  dense_.clear();
-  const std::size_t n = key.size();
-  has_near_.resize(n);
-  markNear(key.data(), n, has_near_.data());
-  std::size_t near_begin = 0, near_end = 0, around_begin = 0, around_end = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    if (has_near_[i] == 0) continue;
-    while (key[near_begin] + kHalf < key[i]) ++near_begin;
-    while (near_end < n && key[near_end] <= key[i] + kHalf) ++near_end;
-    while (key[around_begin] + kAround < key[i]) ++around_begin;
-    while (around_end < n && key[around_end] <= key[i] + kAround) ++around_end;
-    const std::size_t near = near_end - near_begin;
-    const std::size_t around = around_end - around_begin;
-    if (static_cast<double>(near) >= kPostShare * static_cast<double>(around)) {
-      dense_.push_back(static_cast<std::uint32_t>(i));
-    }
   }
 }
 
