@@ -23,6 +23,8 @@ struct UprightReturns {
 /// wide [m]; lowest above highest where none can.
 struct RangeWindow {
   float lowest, highest;
+
+  bool isEmpty() const { return lowest > highest; }
 };
 
 /// Returns that can be wall, column by column, each column by planar range; structure of arrays.

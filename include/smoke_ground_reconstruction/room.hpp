@@ -129,7 +129,7 @@ class Room {
   void findCertainFloor();
   bool isLowOnWall(std::size_t i) const;
   void findWallNormals();
-  void findOnWalls(const ColumnDirections& directions);
+  void findOnWalls();
 
   const AzimuthBins& bins_;
   RoomBoundaryParams params_;
@@ -171,6 +171,7 @@ class Room {
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<std::uint32_t> slope_counts_;
+  LineWindows line_windows_;          // of returns at walls
   std::vector<RangeWindow> windows_;  // by column and line
   std::vector<std::uint32_t> window_line_, window_begin_;
 };

@@ -27,13 +27,26 @@ struct Lines {
   double distance(std::size_t line, double x, double y) const {
     return std::fabs((nx[line] * x + ny[line] * y) - rho[line]);
   }
-  /// Planar range of a line in a direction [m]; infinite where it is not ahead.
-  double reach(std::size_t line, const Direction& direction) const;
+  /// Planar ranges of a line in some directions [m]; infinite where it is not ahead.
+  void reach(std::size_t line, const std::vector<Direction>& directions, double* reach) const;
 };
 
-/// Where in one column the returns within some distance of one line can lie.
-RangeWindow windowOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
-                     std::size_t column, double half);
+/// Where in each column the returns within some distance of lines can lie. Keeps its buffers.
+class LineWindows {
+ public:
+  void find(const Lines& lines, const ColumnDirections& directions, double half);
+  RangeWindow of(std::size_t line, std::size_t column) const {
+    return {lowest_[line * columns_ + column], highest_[line * columns_ + column]};
+  }
+
+ private:
+  void findOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
+              double half);
+
+  std::size_t columns_ = 0;
+  std::vector<float> lowest_, highest_;  // by line and column
+  std::vector<double> ahead_;            // cosines between a line's normal and the columns' edges
+};
 
 constexpr double kLineHalf = 0.03;  ///< a wall's returns lie this near to its line [m]
 
@@ -127,12 +140,12 @@ class WallSupport {
   double cosine(std::size_t a, std::size_t b) const { return nx_[a] * nx_[b] + ny_[a] * ny_[b]; }
 
  private:
-  void countReturns(const WallReturns& returns, const Lines& lines, std::size_t line,
-                    const ColumnDirections& directions);
+  void countReturns(const WallReturns& returns, const Lines& lines, std::size_t line);
   void judge(std::size_t line);
   void markFull(std::size_t line, const UpwardView& view);
 
   std::size_t lines_ = 0, columns_ = 0;
+  LineWindows windows_;
   std::vector<std::uint8_t> seen_, full_;
   std::vector<double> reach_, nx_, ny_;
   std::vector<std::uint32_t> own_, around_;  // of one line, by column

@@ -218,7 +218,7 @@ void Room::findWalls(const ColumnDirections& directions) {
   const auto level_floor = [this]() -> const std::vector<double>& { return levelFloor(); };
   profile_finder_.find(posts_, support_, view_, beyond_, level_floor, directions,
                        params_.max_bridge_ratio, &profile_);
-  findOnWalls(directions);
+  findOnWalls();
   findDrops(directions);
   findCertainFloor();
   const bool drops = std::any_of(drops_.begin.begin(), drops_.begin.end(),
@@ -263,13 +263,14 @@ void Room::addCarried() {
 }
 
 void Room::markFeetOfWalls(const ColumnDirections& directions) {
+  line_windows_.find(lines_, directions, kWallFoot);
   windows_.clear();
   window_line_.clear();
   window_begin_.assign(1, 0);
   for (std::size_t c = 0; c < directions.count(); ++c) {
     for (std::size_t line = 0; line < lines_.size(); ++line) {
-      const RangeWindow window = windowOf(lines_, line, directions, c, kWallFoot);
-      if (window.lowest > window.highest) continue;
+      const RangeWindow window = line_windows_.of(line, c);
+      if (window.isEmpty()) continue;
       windows_.push_back(window);
       window_line_.push_back(static_cast<std::uint32_t>(line));
     }
@@ -447,13 +448,13 @@ double Room::pastWall(std::size_t i) const {
   return (lines_.nx[l] * points().x[i] + lines_.ny[l] * points().y[i]) - lines_.rho[l];
 }
 
-void Room::findOnWalls(const ColumnDirections& directions) {
+void Room::findOnWalls() {
   on_walls_.clear();
   const WallReturns& walls = wall_returns_;
-  for (std::size_t c = 0; c < directions.count(); ++c) {
+  for (std::size_t c = 0; c < profile_.columns(); ++c) {
     if (profile_.line[c] < 0) continue;
     const auto line = static_cast<std::size_t>(profile_.line[c]);
-    const RangeWindow window = windowOf(lines_, line, directions, c, kWallFoot);
+    const RangeWindow window = line_windows_.of(line, c);
     for (std::size_t k = walls.firstIn(c, window); k < walls.column_begin[c + 1]; ++k) {
       if (walls.isBeyond(k, window)) break;
       if (lines_.distance(line, walls.x[k], walls.y[k]) < kWallFoot) {

@@ -15,11 +15,13 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kSlotsPerMetre = 25.0;
 constexpr std::uint32_t kMostWeight = 12;  // of a post
 constexpr std::array<double, 4> kHalves = {0.08, 0.05, kLineHalf, kLineHalf};
-constexpr std::size_t kLineColumns = 6;  // least number of columns of a wall
-constexpr double kLineLength = 0.2;      // least length of a wall [m]
-constexpr double kPostSpacing = 0.1;     // of the densest stretch of a wall, at most [m]
-constexpr double kNearest = 0.2;         // planar range [m]
+constexpr std::size_t kLineColumns = 6;      // least number of columns of a wall
+constexpr double kLineLength = 0.2;          // least length of a wall [m]
+constexpr double kPostSpacing = 0.1;         // of the densest stretch of a wall, at most [m]
+constexpr double kNearest = 0.2;             // planar range [m]
+constexpr double kAround = 4.0 * kLineHalf;  // what lies this near counts as around a wall [m]
 constexpr std::size_t kMostLines = 40;
+constexpr std::size_t kBlock = 32;  // slots that are searched at once, beyond the last, too
 constexpr std::uint32_t kSupportPoints = 3;  // of a wall in one column
 constexpr std::size_t kTopColumns = 4;       // that reach the ceiling make a wall of a stretch
 constexpr double kTopShare = 0.2;
@@ -48,28 +50,46 @@ void Lines::clear() {
   for (auto* values : {&nx, &ny, &rho}) values->clear();
 }
 
-double Lines::reach(std::size_t line, const Direction& direction) const {
-  const double ahead = nx[line] * direction.cosine + ny[line] * direction.sine;
-  return ahead > 1e-3 ? rho[line] / ahead : kInfinity;
+SMOKE_GROUND_MULTIVERSION
+void Lines::reach(std::size_t line, const std::vector<Direction>& directions, double* reach) const {
+  const double x = nx[line], y = ny[line], distance = rho[line];
+  const Direction* to = directions.data();
+  for (std::size_t k = 0, size = directions.size(); k < size; ++k) {
+    const double ahead = x * to[k].cosine + y * to[k].sine;
+    const double range = distance / ahead;
+    reach[k] = ahead > 1e-3 ? range : kInfinity;
+  }
 }
 
-RangeWindow windowOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
-                     std::size_t column, double half) {
+void LineWindows::find(const Lines& lines, const ColumnDirections& directions, double half) {
+  columns_ = directions.count();
+  ahead_.resize(columns_ + 1);
+  lowest_.resize(lines.size() * columns_);
+  highest_.resize(lowest_.size());
+  for (std::size_t line = 0; line < lines.size(); ++line) findOf(lines, line, directions, half);
+}
+
+SMOKE_GROUND_MULTIVERSION
+void LineWindows::findOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
+                         double half) {
   constexpr double kMargin = 1e-5;  // beyond the rounding of directions and ranges
-  const auto ahead = [&](std::size_t c) {
-    const Direction& edge = directions.edge[c % directions.count()];
-    return lines.nx[line] * edge.cosine + lines.ny[line] * edge.sine;
-  };
-  const double first = ahead(column);
-  const double last = ahead(column + 1);
-  double most = std::max(first, last) + kMargin;
-  if (most > 0.999) most = 1.0 + kMargin;  // the normal may lie within the column
-  const double least = std::min(first, last) - kMargin;
-  if (most <= 0.0) return {1.0F, 0.0F};
-  const double rho = lines.rho[line];
-  const double lowest = (rho - half) / most - kMargin * rho;
-  const double highest = least > 0.0 ? (rho + half) / least * (1.0 + kMargin) : kInfinity;
-  return {static_cast<float>(lowest) - 1e-4F, static_cast<float>(highest) + 1e-4F};
+  const double nx = lines.nx[line], ny = lines.ny[line], rho = lines.rho[line];
+  const Direction* edge = directions.edge.data();
+  double* ahead = ahead_.data();
+  for (std::size_t c = 0; c < columns_; ++c) ahead[c] = nx * edge[c].cosine + ny * edge[c].sine;
+  ahead[columns_] = ahead[0];
+  float* lowest = &lowest_[line * columns_];
+  float* highest = &highest_[line * columns_];
+  for (std::size_t c = 0; c < columns_; ++c) {
+    const double larger = std::max(ahead[c], ahead[c + 1]) + kMargin;
+    const double most = larger > 0.999 ? 1.0 + kMargin : larger;  // the normal may lie between
+    const double least = std::min(ahead[c], ahead[c + 1]) - kMargin;
+    const double nearest = (rho - half) / most - kMargin * rho;
+    const double farthest = (rho + half) / least * (1.0 + kMargin);
+    const float last = static_cast<float>(least > 0.0 ? farthest : kInfinity) + 1e-4F;
+    lowest[c] = most > 0.0 ? static_cast<float>(nearest) - 1e-4F : 1.0F;
+    highest[c] = most > 0.0 ? last : 0.0F;
+  }
 }
 
 LineFinder::LineFinder() : normals_() {
@@ -119,7 +139,7 @@ void LineFinder::castVotes(const Posts& posts) {
   }
   first_slot_ = -floorToInt(farthest * kSlotsPerMetre) - 2;
   width_ = static_cast<std::size_t>(2 - 2 * first_slot_);
-  votes_.assign(kAngles * width_, 0);
+  votes_.assign(kAngles * width_ + kBlock, 0);
   slots_.resize(posts.size() * kAngles);
   weight_.resize(posts.size());
   for (std::size_t i = 0; i < posts.size(); ++i) {
@@ -147,7 +167,13 @@ void LineFinder::searchRow(std::size_t angle) {
   const int* votes = &votes_[angle * width_];
   int best = -1;
   for (std::size_t s = 0; s + 1 < width_; ++s) best = std::max(best, votes[s] + votes[s + 1]);
+  const auto is_in = [&](std::size_t begin) {
+    int found = 0;
+    for (std::size_t s = begin; s < begin + kBlock; ++s) found |= votes[s] + votes[s + 1] == best;
+    return found != 0;
+  };
   std::size_t at = 0;
+  while (!is_in(at)) at += kBlock;
   while (votes[at] + votes[at + 1] != best) ++at;
   row_best_[angle] = best;
   row_at_[angle] = static_cast<std::uint16_t>(at);
@@ -265,28 +291,27 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
   reach_.resize(lines_ * columns_);
   nx_ = lines.nx;
   ny_ = lines.ny;
+  windows_.find(lines, directions, kAround);
   for (std::size_t line = 0; line < lines_; ++line) {
-    for (std::size_t c = 0; c < columns_; ++c) {
-      reach_[line * columns_ + c] = lines.reach(line, directions.middle[c]);
-    }
-    countReturns(returns, lines, line, directions);
+    lines.reach(line, directions.middle, &reach_[line * columns_]);
+    countReturns(returns, lines, line);
     judge(line);
     markFull(line, view);
   }
 }
 
-void WallSupport::countReturns(const WallReturns& returns, const Lines& lines, std::size_t line,
-                               const ColumnDirections& directions) {
+void WallSupport::countReturns(const WallReturns& returns, const Lines& lines, std::size_t line) {
   own_.assign(columns_, 0);
   around_.assign(columns_, 0);
   low_.assign(columns_, std::numeric_limits<float>::infinity());
   high_.assign(columns_, -std::numeric_limits<float>::infinity());
   for (std::size_t c = 0; c < columns_; ++c) {
-    const auto window = windowOf(lines, line, directions, c, 4.0 * kLineHalf);
+    const RangeWindow window = windows_.of(line, c);
+    if (window.isEmpty()) continue;
     for (std::size_t i = returns.firstIn(c, window); i < returns.column_begin[c + 1]; ++i) {
       if (returns.isBeyond(i, window)) break;
       const double off = lines.distance(line, returns.x[i], returns.y[i]);
-      if (!(off < 4.0 * kLineHalf)) continue;
+      if (!(off < kAround)) continue;
       ++around_[c];
       if (!(off < kLineHalf)) continue;
       ++own_[c];
