@@ -40,9 +40,9 @@ struct WallReturns {
   /// The first return of a column that may lie in a window of planar range: within a millimetre
   /// the order is that of the scan.
   std::size_t firstIn(std::size_t of_column, const RangeWindow& window) const;
-  /// Does a return, and all that follow it in its column, lie beyond a window?
-  bool isBeyond(std::size_t k, const RangeWindow& window) const {
-    return !(planar[k] < window.highest + 0.001F);
+  /// Does a return of a planar range, and all that follow it in its column, lie beyond a window?
+  static bool isBeyond(float planar, const RangeWindow& window) {
+    return !(planar < window.highest + 0.001F);
   }
   /// Takes the `chosen` returns, sorted by column, then whole millimetres of planar range, then
   /// their order in `chosen`. O(n).

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -30,13 +31,47 @@ class Sample;
 class FarthestReturns {
  public:
   void clear(std::size_t columns);
-  void add(std::size_t column, float planar);
+  void add(std::size_t column, float planar) { ranges_[column].insert(planar); }
+  /// Adds those of a list; fastest where the returns of a column follow each other.
+  /// \param planar_of  tells a return's planar range, 0 where it does not count.
+  template <typename PlanarOf>
+  void addAll(const std::vector<std::uint32_t>& list, const std::vector<std::uint16_t>& columns,
+              const PlanarOf& planar_of);
   /// Planar range [m] per column, 0 where too few are seen; `beside` columns to either side tell.
   void find(std::size_t beside, std::vector<double>* farthest) const;
 
  private:
-  std::vector<std::array<float, 3>> ranges_;  // descending
+  struct Ranges {
+    float first = 0.0F, second = 0.0F, third = 0.0F;
+
+    /// No branches: returns of a column come from near to far as often as not.
+    void insert(float planar) {
+      const float behind_first = std::min(first, planar);
+      const float behind_second = std::min(second, behind_first);
+      first = std::max(first, planar);
+      second = std::max(second, behind_first);
+      third = std::max(third, behind_second);
+    }
+  };
+  std::vector<Ranges> ranges_;
 };
+
+template <typename PlanarOf>
+void FarthestReturns::addAll(const std::vector<std::uint32_t>& list,
+                             const std::vector<std::uint16_t>& columns, const PlanarOf& planar_of) {
+  Ranges ranges;  // of the column at hand
+  std::size_t column = 0;
+  if (!ranges_.empty()) ranges = ranges_[0];
+  for (const std::uint32_t i : list) {
+    if (columns[i] != column) {
+      ranges_[column] = ranges;
+      column = columns[i];
+      ranges = ranges_[column];
+    }
+    ranges.insert(planar_of(i));
+  }
+  if (!ranges_.empty()) ranges_[column] = ranges;
+}
 
 /// What one scan shows of its room, in the frame that stands its walls upright. Keeps its buffers.
 class Room {
@@ -171,9 +206,8 @@ class Room {
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<std::uint32_t> slope_counts_;
-  LineWindows line_windows_;          // of returns at walls
-  std::vector<RangeWindow> windows_;  // by column and line
-  std::vector<std::uint32_t> window_line_, window_begin_;
+  LineWindows windows_;                // of returns at walls
+  std::vector<float> nearest_window_;  // of each column: where the nearest begins
 };
 
 /// The rotation that levels the floor, which may stand the walls upright in place of the level

@@ -18,14 +18,22 @@ struct ColumnDirections {
   std::size_t count() const { return middle.size(); }
 };
 
-/// Straight walls in plan: nx x + ny y = rho with rho >= 0 [m].
+/// A straight wall in plan: nx x + ny y = rho [m].
+struct Line {
+  double nx, ny, rho;
+
+  double distance(double x, double y) const { return std::fabs((nx * x + ny * y) - rho); }
+};
+
+/// Straight walls in plan with rho >= 0.
 struct Lines {
   std::vector<double> nx, ny, rho;
 
   std::size_t size() const { return rho.size(); }
   void clear();
+  Line operator[](std::size_t line) const { return {nx[line], ny[line], rho[line]}; }
   double distance(std::size_t line, double x, double y) const {
-    return std::fabs((nx[line] * x + ny[line] * y) - rho[line]);
+    return (*this)[line].distance(x, y);
   }
   /// Planar ranges of a line in some directions [m]; infinite where it is not ahead.
   void reach(std::size_t line, const std::vector<Direction>& directions, double* reach) const;
@@ -38,6 +46,8 @@ class LineWindows {
   RangeWindow of(std::size_t line, std::size_t column) const {
     return {lowest_[line * columns_ + column], highest_[line * columns_ + column]};
   }
+  /// Where the nearest window of each column begins [m]; infinite where there is none.
+  void findNearest(std::vector<float>* nearest) const;
 
  private:
   void findOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
@@ -64,9 +74,6 @@ class LineFinder {
     std::size_t angle;
     double rho;
     int weight;
-  };
-  struct Line {
-    double nx, ny, rho;
   };
 
   void castVotes(const Posts& posts);
@@ -140,7 +147,7 @@ class WallSupport {
   double cosine(std::size_t a, std::size_t b) const { return nx_[a] * nx_[b] + ny_[a] * ny_[b]; }
 
  private:
-  void countReturns(const WallReturns& returns, const Lines& lines, std::size_t line);
+  void countReturns(const WallReturns& returns, const Line& line, std::size_t number);
   void judge(std::size_t line);
   void markFull(std::size_t line, const UpwardView& view);
 

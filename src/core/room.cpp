@@ -37,17 +37,26 @@ constexpr std::size_t kLookedAt = 16000;  // returns, at least, that tell means 
 constexpr std::size_t kStrengths = 1000;  // returns of floor, at least, if there are as many
 constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above the highest beam
 
+/// Appends the returns of a column that stand on a line, by their number in the scan; returns the
+/// list's end.
+std::uint32_t* listNear(const WallReturns& returns, const Line& line, std::size_t column,
+                        const RangeWindow& window, std::uint32_t* end) {
+  const float* const x = returns.x.data();
+  const float* const y = returns.y.data();
+  const float* const planar = returns.planar.data();
+  const std::uint32_t* const index = returns.index.data();
+  const std::size_t column_end = returns.column_begin[column + 1];
+  std::size_t k = returns.firstIn(column, window);
+  for (; k < column_end && !WallReturns::isBeyond(planar[k], window); ++k) {
+    *end = index[k];
+    end += line.distance(x[k], y[k]) < kWallFoot ? 1 : 0;
+  }
+  return end;
+}
+
 }  // namespace
 
-void FarthestReturns::clear(std::size_t columns) { ranges_.assign(columns, {0.0F, 0.0F, 0.0F}); }
-
-void FarthestReturns::add(std::size_t column, float planar) {
-  auto& ranges = ranges_[column];
-  if (planar <= ranges[2]) return;
-  ranges[2] = planar;
-  if (ranges[2] > ranges[1]) std::swap(ranges[1], ranges[2]);
-  if (ranges[1] > ranges[0]) std::swap(ranges[0], ranges[1]);
-}
+void FarthestReturns::clear(std::size_t columns) { ranges_.assign(columns, Ranges()); }
 
 void FarthestReturns::find(std::size_t beside, std::vector<double>* farthest) const {
   const std::size_t columns = ranges_.size();
@@ -55,7 +64,7 @@ void FarthestReturns::find(std::size_t beside, std::vector<double>* farthest) co
   for (std::size_t c = 0; c < columns; ++c) {
     float most = 0.0F;
     for (std::size_t k = 0; k <= 2 * beside; ++k) {
-      most = std::max(most, ranges_[(c + columns + k - beside) % columns][2]);
+      most = std::max(most, ranges_[(c + columns + k - beside) % columns].third);
     }
     (*farthest)[c] = most;
   }
@@ -263,25 +272,15 @@ void Room::addCarried() {
 }
 
 void Room::markFeetOfWalls(const ColumnDirections& directions) {
-  line_windows_.find(lines_, directions, kWallFoot);
-  windows_.clear();
-  window_line_.clear();
-  window_begin_.assign(1, 0);
-  for (std::size_t c = 0; c < directions.count(); ++c) {
-    for (std::size_t line = 0; line < lines_.size(); ++line) {
-      const RangeWindow window = line_windows_.of(line, c);
-      if (window.isEmpty()) continue;
-      windows_.push_back(window);
-      window_line_.push_back(static_cast<std::uint32_t>(line));
-    }
-    window_begin_.push_back(static_cast<std::uint32_t>(windows_.size()));
-  }
+  windows_.find(lines_, directions, kWallFoot);
+  windows_.findNearest(&nearest_window_);
   for (const std::uint32_t i : low_) {
-    const float planar = returns_.planar[i];
     const std::size_t c = column(i);
-    for (std::size_t w = window_begin_[c]; w < window_begin_[c + 1]; ++w) {
-      if (planar < windows_[w].lowest || planar > windows_[w].highest) continue;
-      if (lines_.distance(window_line_[w], points().x[i], points().y[i]) >= kWallFoot) continue;
+    if (planar(i) < nearest_window_[c]) continue;
+    for (std::size_t line = 0; line < lines_.size(); ++line) {
+      const RangeWindow window = windows_.of(line, c);
+      if (planar(i) < window.lowest || planar(i) > window.highest) continue;
+      if (lines_.distance(line, points().x[i], points().y[i]) >= kWallFoot) continue;
       flags_[i] |= ReturnKind::kAtWall;
       break;
     }
@@ -292,9 +291,8 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
 void Room::findSeen() {
   const Points& at = points();
   farthest_.clear(bins_.count());
-  for (const std::uint32_t i : low_) {
-    if ((flags_[i] & ReturnKind::kAtWall) == 0) farthest_.add(column(i), planar(i));
-  }
+  farthest_.addAll(low_, returns_.column,
+                   [this](std::size_t i) { return isAtWall(i) ? 0.0F : planar(i); });
   for (std::size_t k = 0; relief_.hasStep() && k < near_.size(); ++k) {
     // A riser has floor at its foot.
     const std::uint32_t i = near_[k];
@@ -348,7 +346,7 @@ const std::vector<double>& Room::levelFloor() {
 
 void Room::findSeenCeiling() {
   farthest_.clear(bins_.count());
-  for (const std::uint32_t i : at_ceiling_) farthest_.add(column(i), planar(i));
+  farthest_.addAll(at_ceiling_, returns_.column, [this](std::size_t i) { return planar(i); });
   farthest_.find(2, &seen_ceiling_);
   beyond_.resize(seen_floor_.size());
   for (std::size_t c = 0; c < beyond_.size(); ++c) {
@@ -449,19 +447,14 @@ double Room::pastWall(std::size_t i) const {
 }
 
 void Room::findOnWalls() {
-  on_walls_.clear();
-  const WallReturns& walls = wall_returns_;
+  on_walls_.resize(wall_returns_.size() + 1);
+  std::uint32_t* on_wall = on_walls_.data();
   for (std::size_t c = 0; c < profile_.columns(); ++c) {
     if (profile_.line[c] < 0) continue;
     const auto line = static_cast<std::size_t>(profile_.line[c]);
-    const RangeWindow window = line_windows_.of(line, c);
-    for (std::size_t k = walls.firstIn(c, window); k < walls.column_begin[c + 1]; ++k) {
-      if (walls.isBeyond(k, window)) break;
-      if (lines_.distance(line, walls.x[k], walls.y[k]) < kWallFoot) {
-        on_walls_.push_back(walls.index[k]);
-      }
-    }
+    on_wall = listNear(wall_returns_, lines_[line], c, windows_.of(line, c), on_wall);
   }
+  on_walls_.resize(static_cast<std::size_t>(on_wall - on_walls_.data()));
 }
 
 Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstimator* estimator) {

@@ -12,6 +12,7 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr float kNowhere = std::numeric_limits<float>::infinity();
 constexpr double kSlotsPerMetre = 25.0;
 constexpr std::uint32_t kMostWeight = 12;  // of a post
 constexpr std::array<double, 4> kHalves = {0.08, 0.05, kLineHalf, kLineHalf};
@@ -87,8 +88,18 @@ void LineWindows::findOf(const Lines& lines, std::size_t line, const ColumnDirec
     const double nearest = (rho - half) / most - kMargin * rho;
     const double farthest = (rho + half) / least * (1.0 + kMargin);
     const float last = static_cast<float>(least > 0.0 ? farthest : kInfinity) + 1e-4F;
-    lowest[c] = most > 0.0 ? static_cast<float>(nearest) - 1e-4F : 1.0F;
+    lowest[c] = most > 0.0 ? static_cast<float>(nearest) - 1e-4F : kNowhere;
     highest[c] = most > 0.0 ? last : 0.0F;
+  }
+}
+
+SMOKE_GROUND_MULTIVERSION
+void LineWindows::findNearest(std::vector<float>* nearest) const {
+  nearest->assign(columns_, kNowhere);
+  float* const found = nearest->data();
+  for (std::size_t begin = 0; begin < lowest_.size(); begin += columns_) {
+    const float* const lowest = &lowest_[begin];
+    for (std::size_t c = 0; c < columns_; ++c) found[c] = std::min(found[c], lowest[c]);
   }
 }
 
@@ -192,7 +203,7 @@ LineFinder::Peak LineFinder::strongest() {
 }
 
 /// Reweighted total least squares about a peak.
-LineFinder::Line LineFinder::refined(const Posts& posts, const Peak& peak) {
+Line LineFinder::refined(const Posts& posts, const Peak& peak) {
   Line line{normals_[peak.angle].cosine, normals_[peak.angle].sine, peak.rho};
   for (const double half : kHalves) {
     collectNear(posts, line, half);
@@ -223,8 +234,7 @@ LineFinder::Line LineFinder::refined(const Posts& posts, const Peak& peak) {
 void LineFinder::collectNear(const Posts& posts, const Line& line, double half) {
   near_.clear();
   for (const std::uint32_t i : use_) {
-    const double off = std::fabs((line.nx * posts.x[i] + line.ny * posts.y[i]) - line.rho);
-    if (off < half) near_.push_back(i);
+    if (line.distance(posts.x[i], posts.y[i]) < half) near_.push_back(i);
   }
 }
 
@@ -294,30 +304,36 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
   windows_.find(lines, directions, kAround);
   for (std::size_t line = 0; line < lines_; ++line) {
     lines.reach(line, directions.middle, &reach_[line * columns_]);
-    countReturns(returns, lines, line);
+    countReturns(returns, lines[line], line);
     judge(line);
     markFull(line, view);
   }
 }
 
-void WallSupport::countReturns(const WallReturns& returns, const Lines& lines, std::size_t line) {
+void WallSupport::countReturns(const WallReturns& returns, const Line& line, std::size_t number) {
   own_.assign(columns_, 0);
   around_.assign(columns_, 0);
-  low_.assign(columns_, std::numeric_limits<float>::infinity());
-  high_.assign(columns_, -std::numeric_limits<float>::infinity());
+  low_.assign(columns_, kNowhere);
+  high_.assign(columns_, -kNowhere);
   for (std::size_t c = 0; c < columns_; ++c) {
-    const RangeWindow window = windows_.of(line, c);
+    const RangeWindow window = windows_.of(number, c);
     if (window.isEmpty()) continue;
-    for (std::size_t i = returns.firstIn(c, window); i < returns.column_begin[c + 1]; ++i) {
-      if (returns.isBeyond(i, window)) break;
-      const double off = lines.distance(line, returns.x[i], returns.y[i]);
-      if (!(off < kAround)) continue;
-      ++around_[c];
+    const std::size_t end = returns.column_begin[c + 1];
+    std::uint32_t own = 0, around = 0;
+    float low = kNowhere, high = -kNowhere;
+    std::size_t i = returns.firstIn(c, window);
+    for (; i < end && !WallReturns::isBeyond(returns.planar[i], window); ++i) {
+      const double off = line.distance(returns.x[i], returns.y[i]);
+      around += off < kAround ? 1U : 0U;
       if (!(off < kLineHalf)) continue;
-      ++own_[c];
-      low_[c] = std::min(low_[c], returns.height[i]);
-      high_[c] = std::max(high_[c], returns.height[i]);
+      ++own;
+      low = std::min(low, returns.height[i]);
+      high = std::max(high, returns.height[i]);
     }
+    own_[c] = own;
+    around_[c] = around;
+    low_[c] = low;
+    high_[c] = high;
   }
 }
 
