@@ -95,7 +95,8 @@ class Room {
   /// Number of returns that stand in posts.
   std::size_t postReturns() const;
   /// Does the plane pass through the feet of walls, not through a floor? A fifth of its returns
-  /// stand where a post of their column does; of a floor's that are few.
+  /// stand where a post of their column does, as may be on a floor that few rings meet; but some of
+  /// these lie below the plane, where no wall goes on below a floor.
   bool standsOnWalls() const;
   /// Is a return where a post stands in its column or in the two to either side?
   bool isAtPost(std::size_t i) const;

@@ -22,7 +22,9 @@ constexpr double kHiddenSlope = 1.0 / 12.0;  // half the steepest ramp's
 constexpr double kDrop = 0.01;  // what lies so much lower than floor can, tells of a drop [m]
 constexpr double kReliefLowest = 0.15, kReliefHighest = 0.8;  // heights that relief looks at [m]
 constexpr double kNearestWall = 0.2;                          // planar range [m]
-constexpr double kFeetShare = 0.2;  // of a plane's returns at walls, which no floor has
+constexpr double kFeetShare = 0.2;     // of a plane's returns at walls: more than most floors have
+constexpr double kUnderPlane = 0.005;  // walls end at the floor: returns so far below a plane [m]
+constexpr double kUnderShare = 0.05;   // are few of those near it where it is one
 constexpr double kPostFoot = 0.06;  // planar range between a post and the returns at its place [m]
 constexpr std::size_t kPostsBeside = 2;  // columns
 constexpr double kBelowCeiling = 0.05;
@@ -199,13 +201,16 @@ void Room::placePosts() {
 }
 
 bool Room::standsOnWalls() const {
-  std::size_t at_posts = 0;
+  std::size_t at_posts = 0, under = 0;
   const Sample sample(low_.size());
   for (std::size_t k = 0; k < sample.size(); ++k) {
     const std::uint32_t i = low_[sample[k]];
-    at_posts += post_places_.isNear(column(i), planar(i), kPostFoot) ? 1U : 0U;
+    if (!post_places_.isNear(column(i), planar(i), kPostFoot)) continue;
+    ++at_posts;
+    under += height(i) < -kUnderPlane ? 1U : 0U;
   }
-  return static_cast<double>(at_posts) > kFeetShare * static_cast<double>(sample.size());
+  return static_cast<double>(at_posts) > kFeetShare * static_cast<double>(sample.size()) &&
+         static_cast<double>(under) > kUnderShare * static_cast<double>(at_posts);
 }
 
 bool Room::isAtPost(std::size_t i) const {

@@ -74,6 +74,13 @@ def glass_front(range_noise=0.0, seed=0, rings=GLASS_FRONT_RINGS):
     return inside._replace(xyz=np.where(through[:, None], outside.xyz, inside.xyz))
 
 
+def few_rings_in_smoke(noise, seed=0):
+    """A room of 6.8 x 6 m, seen by few rings from 0.7 m, without half of the floor's returns."""
+    walls = (3.4, 3.0, -3.4, -3.0)
+    view, surface = box_room(walls, 1.9, -0.7, GLASS_FRONT_RINGS, 0.4, noise, seed)
+    return view.select((surface != 0) | (np.arange(len(surface)) % 2 == 0))
+
+
 def thick_smoke(view):
     """A scan without floor farther than 1.6 m, without anything above it from 100 to 260 deg, and
     without the lower half of what stands 20 deg to either side of that."""

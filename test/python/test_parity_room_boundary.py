@@ -6,7 +6,7 @@ import pytest
 import rooms
 from parity import assert_same_grid, compiled_mounting
 from smoke_ground_reconstruction import Params, Pipeline
-from smoke_ground_reconstruction.reference.floor_model import fit_floor
+from smoke_ground_reconstruction.reference.floor_model import FloorSource, fit_floor
 from smoke_ground_reconstruction.reference.room_boundary import RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel
@@ -101,6 +101,12 @@ def test_a_room_whose_floor_sends_nothing_back(core):
     for noise in (0.0, 0.01):
         view = box(noise)
         assert_parity(core, view.select(view.xyz[:, 2] > -0.66))
+
+
+def test_walls_on_a_floor_that_few_rings_meet(core):
+    for seed in range(3):
+        found = assert_parity(core, rooms.few_rings_in_smoke(0.01, seed))
+        assert found.floor.source == FloorSource.MEASURED
 
 
 def test_a_terrace_behind_glass(core):

@@ -173,6 +173,15 @@ def test_feet_of_walls_are_no_floor(rings):
     np.testing.assert_allclose(reach, WALLS[:2], atol=0.02)  # up to the walls all the same
 
 
+def test_walls_that_end_at_the_plane_stand_on_it():
+    """Few rings meet the floor, and smoke takes every second of its returns: a quarter of those
+    near the plane stand at walls, but none below it. The mounting is 2 cm off."""
+    view = rooms.few_rings_in_smoke(noise=0.01)
+    floor = reconstruct(view, Mounting(np.eye(3), 0.72)).floor
+    assert floor.source == FloorSource.MEASURED
+    assert floor.plane == pytest.approx([0.0, 0.0, -0.7], abs=0.001)
+
+
 def test_one_line_of_returns_is_no_plane():
     line = low_returns((0.0, 0.0, -0.7), 500)
     line[:, 1] = 1.0

@@ -21,7 +21,9 @@ _ON_FLOOR, _ON_FLOOR_MOST = 0.03, 0.06  # a return so near to the plane may be f
 _UNEVENNESS = 3.0  # or within so many sigma of the floor's own height
 _LEVEL_SHARE = 0.4  # floor behind an opening must go on as level as this share of it
 _DROP = 0.01  # and what lies so much lower than floor can, tells of a drop [m]
-_FEET_SHARE = 0.2  # of a plane's returns at walls, which no floor has
+_FEET_SHARE = 0.2  # of a plane's returns at walls: more than most floors have
+_UNDER_PLANE = 0.005  # walls end at the floor: their returns so far below a plane [m]
+_UNDER_SHARE = 0.05  # are few of those near it where it is one
 _POSTS_BESIDE = 2  # columns
 _NEAREST_WALL, _FARTHEST_WALL = 0.2, 65.0  # planar range [m]
 _BELOW_CEILING = 0.05
@@ -109,12 +111,18 @@ class Room:
         return soft & (self.height > self.params.min_wall_height)
 
     def stands_on_walls(self):
-        """Does the plane pass through the feet of walls, not through a floor? A fifth of its
-        returns stand where a post of their column does; of a floor's that are few."""
+        """Does the plane pass through the feet of walls, not through a floor?
+
+        A fifth of its returns stand where a post of their column does, as may be on a floor that
+        few rings meet; but some of these lie below the plane, where no wall goes on below a floor.
+        """
         low = np.flatnonzero(self.is_low)
         low = low[sample(len(low))]
-        at_posts = self.posts.are_at(self.columns, self.column[low], self.planar[low])
-        return np.count_nonzero(at_posts) > _FEET_SHARE * len(low)
+        at_posts = low[self.posts.are_at(self.columns, self.column[low], self.planar[low])]
+        if len(at_posts) <= _FEET_SHARE * len(low):
+            return False
+        under = np.count_nonzero(self.height[at_posts] < -_UNDER_PLANE)
+        return under > _UNDER_SHARE * len(at_posts)
 
     def is_at_post(self):
         """(N,) bool: does a post stand there, in the column or in the two to either side?"""
