@@ -1,6 +1,9 @@
 #pragma once
 
+#include <vector>
+
 #include "smoke_ground_reconstruction/floor_surface.hpp"
+#include "smoke_ground_reconstruction/label.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -22,5 +25,10 @@ OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
 /// The same into a grid that may bring its memory.
 void rasterize(const FloorSurface& surface, const ScanView& walls, const Mounting& mounting,
                double resolution, double max_range, OccupancyGrid* grid);
+
+/// ... with the points of a scan that are labelled as walls.
+/// \param labels  one per point.
+void rasterize(const FloorSurface& surface, const ScanView& scan, const std::vector<Label>& labels,
+               const Mounting& mounting, double resolution, double max_range, OccupancyGrid* grid);
 
 }  // namespace smoke_ground_reconstruction

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "ordered.hpp"
+#include "cell_numbers.hpp"
+#include "multiversion.hpp"
+#include "point_loops.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
 #include "validation.hpp"
@@ -14,52 +17,140 @@ namespace {
 
 constexpr double kMostCells = 10000.0;  // from the sensor to the edge of the grid
 
-struct Cell {
-  std::int32_t column;
-  std::int32_t row;
-};
-using Cells = Recycled<Cell>;
+/// Memory for points.
+struct Memory {
+  Recycled<float> x, y, z;
 
-/// Cells of the points within reach, in the level frame.
-template <typename Field>
-void findCells(const Field& x, const Field& y, const Field& z, std::size_t size,
-               const Mounting& mounting, double resolution, double max_range, Cells* cells) {
-  cells->resize(size);
+  explicit Memory(std::size_t most) : x(most), y(most), z(most) {}
+  PointArrays arrays(std::size_t size) const { return {x.data(), y.data(), z.data(), size}; }
+};
+
+/// The points of a scan that are walls.
+template <typename IsWall>
+PointArrays gather(const ScanView& scan, const IsWall& is_wall, Memory* memory) {
+  float *const x = memory->x.data(), *const y = memory->y.data(), *const z = memory->z.data();
   std::size_t count = 0;
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::array<float, 3> p = {x[i], y[i], z[i]};
-    if (!isReturn(p[0], p[1], p[2])) continue;
-    const auto level = mounting.isLevel() ? p : mounting.toLevel(p[0], p[1], p[2]);
-    if (planarRange(level[0], level[1]) > max_range) continue;
-    (*cells)[count++] = {floorToInt(static_cast<double>(level[0]) / resolution),
-                         floorToInt(static_cast<double>(level[1]) / resolution)};
+  for (std::size_t i = 0; i < scan.size; ++i) {
+    if (!is_wall(i)) continue;
+    x[count] = scan.x[i];
+    y[count] = scan.y[i];
+    z[count] = scan.z[i];
+    ++count;
   }
-  cells->resize(count);
+  return memory->arrays(count);
 }
 
-/// Corner and size of the grid that holds all cells; the corner starts out at the first of them.
-void fit(const Cells& floor, const Cells& wall, OccupancyGrid* grid) {
-  const Cell& first = floor.empty() ? wall.front() : floor.front();
-  Cell low = first;
-  Cell high = first;
-  for (const auto* cells : {&floor, &wall}) {
-    for (const Cell& cell : *cells) {
-      low = {std::min(low.column, cell.column), std::min(low.row, cell.row)};
-      high = {std::max(high.column, cell.column), std::max(high.row, cell.row)};
-    }
+/// Are all of them returns that lie nearer than a range?
+SMOKE_GROUND_MULTIVERSION
+bool areAllNear(const PointArrays& points, float range) {
+  const PointArrays at = points;
+  const float farthest = range * range;
+  int are_near = 1;
+  for (std::size_t i = 0; i < at.size; ++i) {
+    const float square = (at.x[i] * at.x[i] + at.y[i] * at.y[i]) + at.z[i] * at.z[i];
+    are_near &= (isReturn(at.x[i], at.y[i], at.z[i]) ? 1 : 0) & (square < farthest ? 1 : 0);
   }
-  grid->first_column = low.column;
-  grid->first_row = low.row;
-  grid->width = static_cast<std::size_t>(high.column - low.column + 1);
-  grid->height = static_cast<std::size_t>(high.row - low.row + 1);
+  return are_near != 0;
+}
+
+/// The returns within a planar range, in the level frame.
+PointArrays levelled(const PointArrays& points, const Mounting& mounting, double range,
+                     Memory* memory) {
+  constexpr double kClear = 0.999;  // of the range: what is nearer is surely within it
+  float *const x = memory->x.data(), *const y = memory->y.data(), *const z = memory->z.data();
+  if (areAllNear(points, static_cast<float>(kClear * range))) {
+    if (mounting.isLevel()) return points;
+    turnPoints(points, mounting.rotation, x, y, z);
+    return memory->arrays(points.size);
+  }
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (!isReturn(points.x[i], points.y[i], points.z[i])) continue;
+    const auto level = mounting.toLevel(points.x[i], points.y[i], points.z[i]);
+    if (planarRange(level[0], level[1]) > range) continue;
+    x[count] = level[0];
+    y[count] = level[1];
+    ++count;
+  }
+  return memory->arrays(count);
+}
+
+/// Columns or rows of cells.
+using Numbers = Recycled<std::int32_t>;
+
+struct Cells {
+  Numbers column, row;
+
+  Cells(const PointArrays& places, double resolution) : column(places.size), row(places.size) {
+    cellNumbers(places.x, places.size, resolution, column.data());
+    cellNumbers(places.y, places.size, resolution, row.data());
+  }
+};
+
+struct Bounds {
+  std::int32_t lowest = std::numeric_limits<std::int32_t>::max();
+  std::int32_t highest = std::numeric_limits<std::int32_t>::lowest();
+
+  std::size_t size() const { return static_cast<std::size_t>(highest - lowest + 1); }
+};
+
+SMOKE_GROUND_MULTIVERSION
+Bounds widened(Bounds bounds, const std::int32_t* numbers, std::size_t size) {
+  std::int32_t lowest = bounds.lowest, highest = bounds.highest;
+  for (std::size_t i = 0; i < size; ++i) {
+    lowest = numbers[i] < lowest ? numbers[i] : lowest;
+    highest = numbers[i] > highest ? numbers[i] : highest;
+  }
+  return {lowest, highest};
+}
+
+Bounds boundsOf(const Numbers& floor, const Numbers& wall) {
+  return widened(widened(Bounds(), floor.data(), floor.size()), wall.data(), wall.size());
 }
 
 void paint(const Cells& cells, std::int8_t value, OccupancyGrid* grid) {
-  for (const Cell& cell : cells) {
-    const auto row = static_cast<std::size_t>(cell.row - grid->first_row);
-    const auto column = static_cast<std::size_t>(cell.column - grid->first_column);
-    grid->cells[row * grid->width + column] = value;
+  const auto width = static_cast<std::int64_t>(grid->width);
+  const std::int32_t *const column = cells.column.data(), *const row = cells.row.data();
+  std::int8_t* const cell = grid->cells.data();
+  const std::int64_t corner = grid->first_row * width + grid->first_column;
+  for (std::size_t i = 0, n = cells.column.size(); i < n; ++i) {
+    cell[row[i] * width + column[i] - corner] = value;
   }
+}
+
+/// The grid that holds all cells; where floor and wall share one, it is a wall's.
+void draw(const Cells& floor, const Cells& wall, OccupancyGrid* grid) {
+  const Bounds columns = boundsOf(floor.column, wall.column);
+  const Bounds rows = boundsOf(floor.row, wall.row);
+  grid->first_column = columns.lowest;
+  grid->first_row = rows.lowest;
+  grid->width = columns.size();
+  grid->height = rows.size();
+  grid->cells.assign(grid->width * grid->height, OccupancyGrid::kUnknown);
+  paint(floor, OccupancyGrid::kFloor, grid);
+  paint(wall, OccupancyGrid::kWall, grid);
+}
+
+/// \param is_wall  which of the points to take for walls.
+template <typename IsWall>
+void rasterizeSome(const FloorSurface& surface, const ScanView& scan, const IsWall& is_wall,
+                   const Mounting& mounting, double resolution, double max_range,
+                   OccupancyGrid* grid) {
+  require(resolution >= 0.01, "occupancy_resolution", ">= 0.01", resolution);
+  require(max_range > 0.0 && max_range <= kMostCells * resolution, "max_range",
+          "> 0 and at most 10000 cells", max_range);
+  Memory walls(scan.size), level_walls(scan.size), level_floor(surface.size());
+  const PointArrays wall =
+      levelled(gather(scan, is_wall, &walls), mounting, max_range, &level_walls);
+  const PointArrays floor =
+      levelled({surface.x.data(), surface.y.data(), surface.z.data(), surface.size()}, mounting,
+               max_range, &level_floor);
+  grid->resolution = resolution;
+  grid->first_column = grid->first_row = 0;
+  grid->width = grid->height = 0;
+  grid->cells.clear();
+  if (floor.size + wall.size == 0) return;
+  draw(Cells(floor, resolution), Cells(wall, resolution), grid);
 }
 
 }  // namespace
@@ -73,22 +164,14 @@ OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
 
 void rasterize(const FloorSurface& surface, const ScanView& walls, const Mounting& mounting,
                double resolution, double max_range, OccupancyGrid* grid) {
-  require(resolution >= 0.01, "occupancy_resolution", ">= 0.01", resolution);
-  require(max_range > 0.0 && max_range <= kMostCells * resolution, "max_range",
-          "> 0 and at most 10000 cells", max_range);
-  Cells floor, wall;
-  findCells(surface.x, surface.y, surface.z, surface.size(), mounting, resolution, max_range,
-            &floor);
-  findCells(walls.x, walls.y, walls.z, walls.size, mounting, resolution, max_range, &wall);
-  grid->resolution = resolution;
-  grid->first_column = grid->first_row = 0;
-  grid->width = grid->height = 0;
-  grid->cells.clear();
-  if (floor.empty() && wall.empty()) return;
-  fit(floor, wall, grid);
-  grid->cells.assign(grid->width * grid->height, OccupancyGrid::kUnknown);
-  paint(floor, OccupancyGrid::kFloor, grid);
-  paint(wall, OccupancyGrid::kWall, grid);
+  const auto any = [](std::size_t) { return true; };
+  rasterizeSome(surface, walls, any, mounting, resolution, max_range, grid);
+}
+
+void rasterize(const FloorSurface& surface, const ScanView& scan, const std::vector<Label>& labels,
+               const Mounting& mounting, double resolution, double max_range, OccupancyGrid* grid) {
+  const auto is_wall = [label = labels.data()](std::size_t i) { return label[i] == Label::kWall; };
+  rasterizeSome(surface, scan, is_wall, mounting, resolution, max_range, grid);
 }
 
 }  // namespace smoke_ground_reconstruction

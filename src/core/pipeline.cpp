@@ -109,10 +109,8 @@ void Pipeline::processRoom(const ScanView& view, const Mounting& mounting, Pipel
   std::swap(result->labels, room_.labels);
   result->clusters.assign(view.size, kNoCluster);
   stopwatch.lap("reconstruct");
-  PointSelection walls;
-  walls.appendAll(view, result->labels, Label::kWall);
-  rasterize(result->surface, walls.view(), mounting, params_.reconstructor.occupancy_resolution,
-            kOccupancyRange, &result->occupancy);
+  rasterize(result->surface, view, result->labels, mounting,
+            params_.reconstructor.occupancy_resolution, kOccupancyRange, &result->occupancy);
   stopwatch.lap("rasterize");
 }
 

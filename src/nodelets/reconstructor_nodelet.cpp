@@ -10,7 +10,6 @@
 #include <string>
 
 #include "smoke_ground_reconstruction/occupancy.hpp"
-#include "smoke_ground_reconstruction/point_selection.hpp"
 #include "smoke_ground_reconstruction/polar_segments.hpp"
 #include "smoke_ground_reconstruction/room_boundary.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
@@ -126,9 +125,10 @@ class ReconstructorNodelet : public LazyNodelet {
     tellOfRoom(mounting.sensor_height);
 
     const auto grid = [&] {
-      PointSelection walls;
-      walls.appendAll(cloud.scan(), room_.labels, Label::kWall);
-      return rasterize(room_.surface, walls.view(), mounting, params->occupancy_resolution);
+      OccupancyGrid drawn;
+      rasterize(room_.surface, cloud.scan(), room_.labels, mounting, params->occupancy_resolution,
+                kOccupancyRange, &drawn);
+      return drawn;
     };
     publishFloor(raw.header, room_.surface, mounting, grid, timing);
     return {cloud.size(), room_.surface.size()};

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <vector>
@@ -53,6 +54,28 @@ TEST(Rasterize, TakesTheLowerEdgeIntoACell) {
   const OccupancyGrid grid = rasterized(at(0.5, -0.5), Cloud());
   EXPECT_EQ(grid.first_column, 1);
   EXPECT_EQ(grid.first_row, -1);
+}
+
+TEST(Rasterize, TellsCellsOnAndBesideEdgesAsDoublesDo) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  for (int edge = -400; edge <= 400; ++edge) {
+    const auto on = static_cast<float>(edge * 0.1);
+    for (const float x : {std::nextafter(on, -kInfinity), on, std::nextafter(on, kInfinity)}) {
+      const OccupancyGrid grid = rasterized(at(x, 0.05), Cloud(), 0.1);
+      EXPECT_EQ(grid.first_column, std::floor(static_cast<double>(x) / 0.1)) << x;
+    }
+  }
+}
+
+TEST(Rasterize, TakesWallsByTheirLabels) {
+  Cloud scan = at(0.1, 0.1);
+  scan.add(0.6, 0.1, 0.0);
+  scan.add(1.1, 0.1, 0.0);
+  OccupancyGrid grid;
+  rasterize(FloorSurface(), scan.view(), {Label::kGround, Label::kWall, Label::kKept}, Mounting(),
+            0.5, 50.0, &grid);
+  EXPECT_EQ(grid.first_column, 1);
+  EXPECT_EQ(grid.cells, Cells{kWall});
 }
 
 TEST(Rasterize, AlignsGridsOfAllScans) {  // cells are multiples of the resolution
