@@ -2,6 +2,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "lanes.hpp"
+#include "multiversion.hpp"
 #include "smoke_ground_reconstruction/bounding_box.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
@@ -84,11 +86,65 @@ void sortEntries(std::uint32_t largest_key, const Key& key, std::vector<std::uin
   }
 }
 
+/// Points one behind the other, and some to fill the last lanes.
+struct PointLanes {
+  Recycled<float> x, y, z;
+
+  explicit PointLanes(std::size_t size) : x(size + kLanes), y(size + kLanes), z(size + kLanes) {
+    for (auto* values : {&x, &y, &z}) std::fill_n(values->end() - kLanes, kLanes, 0.0F);
+  }
+  std::array<float, 3> operator[](std::size_t i) const { return {x[i], y[i], z[i]}; }
+  void put(std::size_t i, const std::array<float, 3>& point) {
+    x[i] = point[0];
+    y[i] = point[1];
+    z[i] = point[2];
+  }
+};
+
+/// A squared tolerance in single precision, which errs by 3e-7 of a squared distance as long as
+/// nothing under- or overflows; the margins make it certain.
+struct Nearness {
+  float surely_below = -1.0F;
+  float possibly_below = INFINITY;
+
+  explicit Nearness(double squared_tolerance) {
+    if (squared_tolerance < 1e-20 || squared_tolerance > 1e30) return;
+    surely_below = static_cast<float>(squared_tolerance * (1.0 - 1e-6));
+    possibly_below = static_cast<float>(squared_tolerance * (1.0 + 1e-6));
+  }
+};
+
+enum class Link { kNone, kInDoubt, kSure };
+
+/// Is one of the points [a, a_end) near one of [b, b_end)?
+SMOKE_GROUND_MULTIVERSION
+Link findLink(const PointLanes& points, std::uint32_t a, std::uint32_t a_end, std::uint32_t b,
+              std::uint32_t b_end, const Nearness& nearness) {
+  const float *const x = points.x.data(), *const y = points.y.data(), *const z = points.z.data();
+  const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7};
+  Ints is_possible = {};
+  for (; a < a_end; ++a) {
+    Ints is_sure = {};
+    for (std::uint32_t i = b; i < b_end; i += kLanes) {
+      const Floats dx = loadLanes(x + i) - x[a];
+      const Floats dy = loadLanes(y + i) - y[a];
+      const Floats dz = loadLanes(z + i) - z[a];
+      const Floats d2 = (dx * dx + dy * dy) + dz * dz;
+      const Ints is_asked = lane < static_cast<std::int32_t>(b_end - i);
+      is_sure |= (d2 < nearness.surely_below) & is_asked;
+      is_possible |= (d2 < nearness.possibly_below) & is_asked;
+    }
+    if (!isNone(is_sure)) return Link::kSure;
+  }
+  return isNone(is_possible) ? Link::kNone : Link::kInDoubt;
+}
+
 /// Points sorted into cubic cells, of which only those exist that hold any. Cells of a vertical
 /// column lie side by side from the lowest to the highest: walls are made of such columns.
 class CellGrid {
  public:
-  CellGrid(const Scan& scan, const std::vector<std::uint32_t>& points, double edge) {
+  CellGrid(const Scan& scan, const std::vector<std::uint32_t>& points, double edge)
+      : points_(points.size()) {
     Recycled<std::uint32_t> column(points.size());
     Recycled<std::uint32_t> level(points.size());
     placePoints(scan, points, 1.0 / edge, &column, &level);
@@ -99,7 +155,8 @@ class CellGrid {
   std::uint32_t size() const { return static_cast<std::uint32_t>(level_.size()); }
   /// Points begin(cell) to begin(cell + 1) lie in a cell.
   std::uint32_t begin(std::uint32_t cell) const { return begin_[cell]; }
-  const std::array<float, 3>& point(std::uint32_t sorted) const { return point_[sorted]; }
+  const PointLanes& points() const { return points_; }
+  std::array<float, 3> point(std::uint32_t sorted) const { return points_[sorted]; }
   /// Place of a point in the list of points.
   std::uint32_t entry(std::uint32_t sorted) const { return entry_[sorted]; }
   const BoundingBox& box(std::uint32_t cell) const { return box_[cell]; }
@@ -157,11 +214,11 @@ class CellGrid {
   void formCells(const Scan& scan, const std::vector<std::uint32_t>& points,
                  const std::vector<std::uint32_t>& column,
                  const std::vector<std::uint32_t>& level) {
-    point_.resize(points.size());
     column_begin_.resize(columns_.size() + 1);
     for (std::uint32_t i = 0; i < entry_.size(); ++i) {
       const std::uint32_t e = entry_[i];
-      point_[i] = scan.point(points[e]);
+      const auto point = scan.point(points[e]);
+      points_.put(i, point);
       const bool in_new_column = i == 0 || column[e] != column[entry_[i - 1]];
       if (in_new_column) column_begin_[column[e]] = size();
       if (in_new_column || level[e] != level_.back()) {
@@ -169,7 +226,7 @@ class CellGrid {
         begin_.push_back(i);
         box_.emplace_back();
       }
-      box_.back().add(point_[i]);
+      box_.back().add(point);
     }
     column_begin_.back() = size();
     begin_.push_back(static_cast<std::uint32_t>(entry_.size()));
@@ -203,25 +260,36 @@ class CellGrid {
   Recycled<std::uint32_t> level_;         // of a cell in its column
   Recycled<std::uint32_t> begin_;         // the first point, by cell
   Recycled<BoundingBox> box_;             // by cell
-  Recycled<std::array<float, 3>> point_;  // cell by cell
+  PointLanes points_;                     // cell by cell
   Recycled<std::uint32_t> entry_;
 };
+
+/// Has one of the points of a cell one of another cell within a tolerance?
+bool haveLink(const CellGrid& grid, std::uint32_t a, std::uint32_t b, double squared_tolerance) {
+  for (std::uint32_t i = grid.begin(a); i < grid.begin(a + 1); ++i) {
+    const auto p = grid.point(i);
+    for (std::uint32_t j = grid.begin(b); j < grid.begin(b + 1); ++j) {
+      const auto q = grid.point(j);
+      if (squaredDistance(p[0], p[1], p[2], q[0], q[1], q[2]) < squared_tolerance) return true;
+    }
+  }
+  return false;
+}
 
 /// One tolerance for all, cells so small that whatever shares one is linked: cells are joined, by
 /// the first link found between two that are not yet in one component.
 std::vector<std::uint32_t> componentsOfTightCells(const CellGrid& grid, double tolerance,
                                                   std::size_t point_count) {
   const double squared_tolerance = tolerance * tolerance;
+  const Nearness nearness(squared_tolerance);
   const auto are_linked = [&](std::uint32_t a, std::uint32_t b) {
     if (grid.box(a).leastSquaredDistance(grid.box(b)) >= squared_tolerance) return false;
-    for (std::uint32_t i = grid.begin(a); i < grid.begin(a + 1); ++i) {
-      const auto& p = grid.point(i);
-      for (std::uint32_t j = grid.begin(b); j < grid.begin(b + 1); ++j) {
-        const auto& q = grid.point(j);
-        if (squaredDistance(p[0], p[1], p[2], q[0], q[1], q[2]) < squared_tolerance) return true;
-      }
-    }
-    return false;
+    const std::uint32_t pairs =
+        (grid.begin(a + 1) - grid.begin(a)) * (grid.begin(b + 1) - grid.begin(b));
+    if (pairs < kLanes) return haveLink(grid, a, b, squared_tolerance);
+    const Link link = findLink(grid.points(), grid.begin(a), grid.begin(a + 1), grid.begin(b),
+                               grid.begin(b + 1), nearness);
+    return link == Link::kInDoubt ? haveLink(grid, a, b, squared_tolerance) : link == Link::kSure;
   };
   DisjointSets sets(grid.size());
   grid.forEachPair(2, [&](std::uint32_t a, std::uint32_t b) {

@@ -48,6 +48,14 @@ SMOKE_GROUND_PART Floats loadLanes(const float* from) {
   return lanes;
 }
 
+SMOKE_GROUND_PART bool isNone(const Ints& lanes) {
+  std::array<std::uint64_t, kLanes / 2> bits;
+  std::memcpy(bits.data(), &lanes, sizeof(bits));
+  std::uint64_t any = 0;
+  for (const std::uint64_t part : bits) any |= part;
+  return any == 0;
+}
+
 SMOKE_GROUND_PART Floats magnitudeOf(const Floats& lanes) {
   Ints bits;
   std::memcpy(&bits, &lanes, sizeof(bits));

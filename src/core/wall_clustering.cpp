@@ -10,11 +10,15 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
+/// No branches: returns of walls and others lie mixed.
 Recycled<std::uint32_t> wallPoints(const Scan& scan, const std::vector<Label>& labels) {
-  Recycled<std::uint32_t> walls;
-  for (std::uint32_t i = 0; i < labels.size(); ++i) {
-    if (labels[i] == Label::kWall && scan.valid[i] != 0) walls.push_back(i);
+  Recycled<std::uint32_t> walls(labels.size() + 1);
+  std::uint32_t* next = walls.data();
+  for (std::uint32_t i = 0, size = static_cast<std::uint32_t>(labels.size()); i < size; ++i) {
+    *next = i;
+    next += (labels[i] == Label::kWall) & (scan.valid[i] != 0) ? 1 : 0;
   }
+  walls.resize(static_cast<std::size_t>(next - walls.data()));
   return walls;
 }
 

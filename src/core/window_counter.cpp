@@ -163,14 +163,6 @@ Tally tally(const float* x, const float* y, const float* z, const Run* runs, std
   return {sum_of(surely), sum_of(possibly)};
 }
 
-SMOKE_GROUND_PART bool isNone(const Ints& lanes) {
-  std::array<std::uint64_t, kLanes / 2> bits;
-  std::memcpy(bits.data(), &lanes, sizeof(bits));
-  std::uint64_t any = 0;
-  for (const std::uint64_t part : bits) any |= part;
-  return any == 0;
-}
-
 /// Numbers of those up to kAlongRow places before and behind eight places that are surely nearer
 /// than a radius proportional to their ranges; fewer once all have found more than enough.
 SMOKE_GROUND_PART Ints countAlong(const float* x, const float* y, const float* z,

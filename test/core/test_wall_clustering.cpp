@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -249,6 +250,26 @@ TEST(FindComponentsOnGrid, IsExactForPointsOnTheCellsFaces) {
   for (const double metres : {0.25, 0.2500001, 0.36}) {
     expectExactComponents(tolerance(metres), cloud);
   }
+}
+
+/// Components of two heaps of 21 points each, whose nearest two lie `gap` metres apart along x.
+std::size_t componentsOfHeaps(float gap, double metres) {
+  Cloud cloud;
+  for (int i = 0; i <= 20; ++i) {
+    cloud.add(-0.0009765625 * i, 1.0 + 0.001 * (i % 4), 0.001 * i);
+    cloud.add(static_cast<double>(gap) + 0.0009765625 * i, 1.0 + 0.001 * (i % 4), 0.001 * i);
+  }
+  expectExactComponents(tolerance(metres), cloud);
+  const Clusters clusters = cluster(cloud, tolerance(metres));
+  return std::size_t{1} + *std::max_element(clusters.begin(), clusters.end());
+}
+
+TEST(FindComponentsOnGrid, LinksDenseCellsByTheirNearestPoints) {
+  EXPECT_EQ(componentsOfHeaps(0.24F, 0.25), 1U);
+  EXPECT_EQ(componentsOfHeaps(std::nextafter(0.25F, 0.0F), 0.25), 1U);
+  EXPECT_EQ(componentsOfHeaps(0.25F, 0.25), 2U);  // strictly nearer
+  EXPECT_EQ(componentsOfHeaps(std::nextafter(0.25F, 1.0F), 0.25), 2U);
+  EXPECT_EQ(componentsOfHeaps(0.255F, 0.25), 2U);
 }
 
 TEST(FindComponentsOnGrid, IsExactBeyondTheCellsItCanNumber) {  // 2^20 cells of 1 mm are 1049 m
