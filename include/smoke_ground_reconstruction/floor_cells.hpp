@@ -9,8 +9,8 @@ namespace smoke_ground_reconstruction {
 /// Square grid of cells around the sensor, 512 to each side; gives each cell a number.
 class CellGrid {
  public:
-  static constexpr std::uint32_t kOutside = 0xFFFFFFFFU;
   static constexpr std::size_t kCells = std::size_t{1024} * 1024;
+  static constexpr std::uint32_t kOutside = kCells;
 
   /// \param size  edge of a cell [m].
   explicit CellGrid(double size) : size_(size) {}
@@ -32,14 +32,12 @@ class CellSet {
   /// The cells of `size` places.
   void insert(const float* x, const float* y, std::size_t size);
   /// \param cell  as grid() numbers them.
-  bool contains(std::uint32_t cell) const {
-    return cell != CellGrid::kOutside && (bits_[cell / 64] >> (cell % 64) & 1U) != 0;
-  }
+  bool contains(std::uint32_t cell) const { return (bits_[cell / 64] >> (cell % 64) & 1U) != 0; }
   const CellGrid& grid() const { return grid_; }
 
  private:
   CellGrid grid_;
-  std::vector<std::uint64_t> bits_;
+  std::vector<std::uint64_t> bits_;  // the last one of all that is outside, never set
   std::vector<std::uint32_t> cells_;
 };
 

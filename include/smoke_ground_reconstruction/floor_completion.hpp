@@ -60,8 +60,8 @@ class FloorCompletion {
     std::vector<float> x, y, z;
     std::vector<double> planar;
     std::vector<std::uint32_t> column;
-    std::vector<std::uint32_t> chosen, cell;  // what of it is claimed
-    std::vector<float> near_x, near_y;
+    std::vector<double> limit, begin, end;  // of the claim in each point's column
+    std::vector<std::uint32_t> is_claimed, cell, chosen;
 
     void reserve(std::size_t size);
   };
@@ -85,8 +85,11 @@ class FloorCompletion {
   void raise(FloorRelief* relief);
   void drawBeams(const Room& room, const SensorModel& sensor, const Mounting& mounting);
   void drawFill(const Room& room);
-  void fill(const Room& room, std::size_t column, double begin, double spacing, std::size_t count);
-  void keep(const Room& room, std::size_t size, std::uint16_t ring);
+  void fill(const Room& room, std::size_t column, double begin, double spacing, std::size_t first,
+            std::size_t count);
+  void lookUpClaim(const DropOffs& drops, std::size_t size);
+  bool findClaimed(std::size_t size);
+  void keep(std::size_t size, std::uint16_t ring);
   void placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
                      const FloorModel& floor, FloorSurface* surface);
   void tellMeasuredSigma(const FloorModel& floor, float* sigma) const;

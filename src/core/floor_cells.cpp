@@ -1,7 +1,9 @@
 #include "smoke_ground_reconstruction/floor_cells.hpp"
 
 #include <algorithm>
+#include <array>
 
+#include "cell_numbers.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 
@@ -13,6 +15,19 @@ constexpr int kAcross = 1024;
 constexpr double kLevelCell = 0.2;  // [m]
 constexpr std::uint16_t kLevelPoints = 3, kFloorPoints = 2;
 constexpr std::uint16_t kMostPoints = 60000;
+
+/// Cells by their columns and rows from the middle of the grid.
+SMOKE_GROUND_MULTIVERSION
+void joinNumbers(const std::int32_t* columns, const std::int32_t* rows, std::size_t size,
+                 std::uint32_t* cells) {
+  constexpr std::uint32_t kWidth = kAcross;
+  for (std::size_t i = 0; i < size; ++i) {
+    const auto column = static_cast<std::uint32_t>(columns[i]) + kWidth / 2;
+    const auto row = static_cast<std::uint32_t>(rows[i]) + kWidth / 2;
+    const bool is_inside = (column < kWidth) & (row < kWidth);
+    cells[i] = is_inside ? column * kWidth + row : CellGrid::kOutside;
+  }
+}
 
 }  // namespace
 
@@ -26,21 +41,19 @@ std::uint32_t CellGrid::cellOf(double x, double y) const {
   return static_cast<std::uint32_t>(column * kAcross + row);
 }
 
-SMOKE_GROUND_MULTIVERSION
 void CellGrid::cellsOf(const float* x, const float* y, std::size_t size,
                        std::uint32_t* cells) const {
-  constexpr double kHalf = kAcross / 2;
-  for (std::size_t i = 0; i < size; ++i) {
-    const double u = static_cast<double>(x[i]) / size_;
-    const double v = static_cast<double>(y[i]) / size_;
-    const bool is_inside = (u >= -kHalf) & (v >= -kHalf) & (u < kHalf) & (v < kHalf);
-    const int column = floorToInt(is_inside ? u : 0.0) + kAcross / 2;
-    const int row = floorToInt(is_inside ? v : 0.0) + kAcross / 2;
-    cells[i] = is_inside ? static_cast<std::uint32_t>(column * kAcross + row) : kOutside;
+  constexpr std::size_t kBlock = 256;
+  std::array<std::int32_t, kBlock> columns, rows;
+  for (std::size_t begin = 0; begin < size; begin += kBlock) {
+    const std::size_t count = std::min(kBlock, size - begin);
+    cellNumbers(x + begin, count, size_, columns.data());
+    cellNumbers(y + begin, count, size_, rows.data());
+    joinNumbers(columns.data(), rows.data(), count, cells + begin);
   }
 }
 
-CellSet::CellSet() : grid_(1.0), bits_(CellGrid::kCells / 64, 0) {}
+CellSet::CellSet() : grid_(1.0), bits_(CellGrid::kCells / 64 + 1, 0) {}
 
 void CellSet::clear(double size) {
   grid_ = CellGrid(size);
@@ -50,9 +63,8 @@ void CellSet::clear(double size) {
 void CellSet::insert(const float* x, const float* y, std::size_t size) {
   cells_.resize(size);
   grid_.cellsOf(x, y, size, cells_.data());
-  for (const std::uint32_t cell : cells_) {
-    if (cell != CellGrid::kOutside) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
-  }
+  for (const std::uint32_t cell : cells_) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
+  bits_[CellGrid::kOutside / 64] = 0;
 }
 
 LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts()) {}

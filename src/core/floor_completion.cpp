@@ -49,9 +49,9 @@ void DrawnFloor::reserveMore(std::size_t more) {
 
 void FloorCompletion::Stretch::reserve(std::size_t size) {
   if (size <= x.size()) return;
-  for (auto* values : {&x, &y, &z, &near_x, &near_y}) values->resize(size);
-  for (auto* values : {&column, &cell, &chosen}) values->resize(size);
-  planar.resize(size);
+  for (auto* values : {&x, &y, &z}) values->resize(size);
+  for (auto* values : {&column, &cell, &chosen, &is_claimed}) values->resize(size);
+  for (auto* values : {&planar, &limit, &begin, &end}) values->resize(size);
 }
 
 FloorCompletion::FloorCompletion(const AzimuthBins& bins, const ColumnDirections& directions)
@@ -155,8 +155,9 @@ void FloorCompletion::drawBeams(const Room& room, const SensorModel& sensor,
     cutBeams(tangent);
     if (!beams_.is_level) {
       bins_.indices(stretch_.x.data(), stretch_.y.data(), columns, stretch_.column.data());
+      lookUpClaim(room.drops(), columns);
     }
-    keep(room, columns, ring);
+    if (findClaimed(columns)) keep(columns, ring);
   }
 }
 
@@ -174,6 +175,7 @@ void FloorCompletion::layBeams(const Room& room, const Mounting& mounting) {
     beams_.slope[c] = beams_.z[c] - (plane[0] * beams_.x[c] + plane[1] * beams_.y[c]);
     stretch_.column[c] = static_cast<std::uint32_t>(c);
   }
+  lookUpClaim(room.drops(), columns);
   beams_.up = {turn[2], turn[5], turn[8]};
   beams_.up_slope = turn[8] - (plane[0] * turn[2] + plane[1] * turn[5]);
   beams_.plane = plane;
@@ -217,71 +219,99 @@ void FloorCompletion::cutBeams(double tangent) {
 /// Floor between the rings and up to the boundary. Columns are left out near the sensor, where they
 /// lie closer than need be.
 void FloorCompletion::drawFill(const Room& room) {
+  constexpr std::size_t kStretch = 1024;  // points that are looked at together
   const double spacing = kFill * room.params().cell_size;
+  std::size_t size = 0;
   for (std::size_t c = 0; c < directions_.count(); ++c) {
     if (!(claim_.limit[c] > 0.0)) continue;
     const double begin = fillBegin(c, spacing);
     const double steps = std::max(0.0, std::ceil((claim_.limit[c] - begin) / spacing));
     const auto count = static_cast<std::size_t>(steps) + 1;
-    stretch_.reserve(count);
-    fill(room, c, begin, spacing, count);
-    keep(room, count, DrawnFloor::kNoRing);
+    stretch_.reserve(size + count);
+    fill(room, c, begin, spacing, size, count);
+    size += count;
+    if (size < kStretch) continue;
+    keep(size, DrawnFloor::kNoRing);
+    size = 0;
+  }
+  keep(size, DrawnFloor::kNoRing);
+}
+
+/// Evenly spaced places of a column up to its limit, the first of which is number `first` of the
+/// stretch.
+SMOKE_GROUND_MULTIVERSION
+void FloorCompletion::fill(const Room& room, std::size_t column, double begin, double spacing,
+                           std::size_t first, std::size_t count) {
+  const auto [cosine, sine] = directions_.middle[column];
+  const double limit = claim_.limit[column];
+  const double drop_begin = room.drops().begin[column], drop_end = room.drops().end[column];
+  const auto [a, b, c] = room.plane();
+  Stretch& to = stretch_;
+  double* const planar = to.planar.data() + first;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double step = begin + static_cast<double>(static_cast<int>(k)) * spacing;
+    planar[k] = step < limit ? step : limit;
+  }
+  planar[count - 1] = limit;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double x = planar[k] * cosine;
+    const double y = planar[k] * sine;
+    to.x[first + k] = static_cast<float>(x);
+    to.y[first + k] = static_cast<float>(y);
+    to.z[first + k] = static_cast<float>((a * x + b * y) + c);
+    to.column[first + k] = static_cast<std::uint32_t>(column);
+    const bool is_hidden = (planar[k] > drop_begin) & (planar[k] < drop_end);
+    to.is_claimed[first + k] = is_hidden ? 0 : 1;
   }
 }
 
-/// Evenly spaced places of a column up to its limit.
+/// How far the floor is claimed in the columns of a stretch.
+void FloorCompletion::lookUpClaim(const DropOffs& drops, std::size_t size) {
+  Stretch& of = stretch_;
+  for (std::size_t k = 0; k < size; ++k) {
+    const std::uint32_t c = of.column[k];
+    of.limit[k] = claim_.limit[c];
+    of.begin[k] = drops.begin[c];
+    of.end[k] = drops.end[c];
+  }
+}
+
+/// What of a stretch lies on claimed floor. Does anything?
 SMOKE_GROUND_MULTIVERSION
-void FloorCompletion::fill(const Room& room, std::size_t column, double begin, double spacing,
-                           std::size_t count) {
-  const auto [cosine, sine] = directions_.middle[column];
-  const double limit = claim_.limit[column];
-  const auto [a, b, c] = room.plane();
-  Stretch& to = stretch_;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double step = begin + static_cast<double>(static_cast<int>(k)) * spacing;
-    const double planar = step < limit ? step : limit;
-    to.planar[k] = planar;
+bool FloorCompletion::findClaimed(std::size_t size) {
+  Stretch& of = stretch_;
+  std::uint32_t any = 0;
+  for (std::size_t k = 0; k < size; ++k) {
+    const double planar = of.planar[k];
+    const bool is_hidden = (planar > of.begin[k]) & (planar < of.end[k]);
+    const bool is_claimed = (planar <= of.limit[k]) & !is_hidden;
+    of.is_claimed[k] = is_claimed ? 1 : 0;
+    any |= of.is_claimed[k];
   }
-  to.planar[count - 1] = limit;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double x = to.planar[k] * cosine;
-    const double y = to.planar[k] * sine;
-    to.x[k] = static_cast<float>(x);
-    to.y[k] = static_cast<float>(y);
-    to.z[k] = static_cast<float>((a * x + b * y) + c);
-    to.column[k] = static_cast<std::uint32_t>(column);
-  }
+  return any != 0;
 }
 
 /// Adds what lies on claimed floor that was not measured.
-void FloorCompletion::keep(const Room& room, std::size_t size, std::uint16_t ring) {
+void FloorCompletion::keep(std::size_t size, std::uint16_t ring) {
   Stretch& from = stretch_;
-  const DropOffs& drops = room.drops();
-  std::size_t claimed = 0;
-  for (std::size_t k = 0; k < size; ++k) {
-    const std::uint32_t c = from.column[k];
-    const double planar = from.planar[k];
-    const bool is_claimed = (planar <= claim_.limit[c]) & !drops.hides(c, planar);
-    from.chosen[claimed] = static_cast<std::uint32_t>(k);
-    from.near_x[claimed] = from.x[k];
-    from.near_y[claimed] = from.y[k];
-    claimed += is_claimed ? 1U : 0U;
+  measured_cells_.grid().cellsOf(from.x.data(), from.y.data(), size, from.cell.data());
+  std::size_t kept = 0;
+  for (std::uint32_t k = 0; k < size; ++k) {
+    from.chosen[kept] = k;
+    kept += measured_cells_.contains(from.cell[k]) ? 0U : from.is_claimed[k];
   }
-  if (claimed == 0) return;
-  measured_cells_.grid().cellsOf(from.near_x.data(), from.near_y.data(), claimed, from.cell.data());
-  drawn_.reserveMore(claimed);
-  std::size_t count = drawn_.size;
-  for (std::size_t n = 0; n < claimed; ++n) {
+  drawn_.reserveMore(kept);
+  for (std::size_t n = 0; n < kept; ++n) {
     const std::uint32_t k = from.chosen[n];
-    drawn_.points.x[count] = from.x[k];
-    drawn_.points.y[count] = from.y[k];
-    drawn_.points.z[count] = from.z[k];
-    drawn_.column[count] = static_cast<std::uint16_t>(from.column[k]);
-    drawn_.planar[count] = from.planar[k];
-    drawn_.ring[count] = ring;
-    count += measured_cells_.contains(from.cell[n]) ? 0U : 1U;
+    const std::size_t at = drawn_.size + n;
+    drawn_.points.x[at] = from.x[k];
+    drawn_.points.y[at] = from.y[k];
+    drawn_.points.z[at] = from.z[k];
+    drawn_.column[at] = static_cast<std::uint16_t>(from.column[k]);
+    drawn_.planar[at] = from.planar[k];
+    drawn_.ring[at] = ring;
   }
-  drawn_.size = count;
+  drawn_.size += kept;
 }
 
 void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_t>& valid,
