@@ -252,12 +252,14 @@ TEST(FindComponentsOnGrid, IsExactForPointsOnTheCellsFaces) {
   }
 }
 
-/// Components of two heaps of 21 points each, whose nearest two lie `gap` metres apart along x.
-std::size_t componentsOfHeaps(float gap, double metres) {
+/// Components of two heaps of 21 points each, `gap` metres apart along x. Each rises by 20 mm as it
+/// recedes from the other, the second from `rise` metres on, or falls as much from there.
+std::size_t componentsOfHeaps(float gap, double rise, double metres) {
   Cloud cloud;
   for (int i = 0; i <= 20; ++i) {
-    cloud.add(-0.0009765625 * i, 1.0 + 0.001 * (i % 4), 0.001 * i);
-    cloud.add(static_cast<double>(gap) + 0.0009765625 * i, 1.0 + 0.001 * (i % 4), 0.001 * i);
+    const double x = 0.0009765625 * i;
+    cloud.add(-x, 1.0, 0.001 * i);
+    cloud.add(static_cast<double>(gap) + x, 1.0, rise == 0.0 ? 0.001 * i : rise - 0.001 * i);
   }
   expectExactComponents(tolerance(metres), cloud);
   const Clusters clusters = cluster(cloud, tolerance(metres));
@@ -265,11 +267,12 @@ std::size_t componentsOfHeaps(float gap, double metres) {
 }
 
 TEST(FindComponentsOnGrid, LinksDenseCellsByTheirNearestPoints) {
-  EXPECT_EQ(componentsOfHeaps(0.24F, 0.25), 1U);
-  EXPECT_EQ(componentsOfHeaps(std::nextafter(0.25F, 0.0F), 0.25), 1U);
-  EXPECT_EQ(componentsOfHeaps(0.25F, 0.25), 2U);  // strictly nearer
-  EXPECT_EQ(componentsOfHeaps(std::nextafter(0.25F, 1.0F), 0.25), 2U);
-  EXPECT_EQ(componentsOfHeaps(0.255F, 0.25), 2U);
+  EXPECT_EQ(componentsOfHeaps(0.24F, 0.0, 0.25), 1U);
+  EXPECT_EQ(componentsOfHeaps(std::nextafter(0.25F, 0.0F), 0.0, 0.25), 1U);
+  EXPECT_EQ(componentsOfHeaps(0.25F, 0.0, 0.25), 2U);  // strictly nearer
+  // The nearest two points are 0.2498 m apart along x and 0.02 m in height: 0.2506 m.
+  EXPECT_EQ(componentsOfHeaps(0.2498F, 0.02, 0.25), 2U);
+  EXPECT_EQ(componentsOfHeaps(0.2498F, 0.02, 0.251), 1U);
 }
 
 TEST(FindComponentsOnGrid, IsExactBeyondTheCellsItCanNumber) {  // 2^20 cells of 1 mm are 1049 m
