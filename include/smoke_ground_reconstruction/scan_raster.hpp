@@ -14,11 +14,12 @@ namespace smoke_ground_reconstruction {
 
 /// The kept points of a scan in a raster: a row per ring, the lowest beam first, a column per
 /// azimuth bin. Of each place the point of the lowest index is in it; where a sensor fires once per
-/// ring and bin that is all of them, and nothing needs sorting. The raster lies in memory stripe by
+/// ring and bin that is all of them, and nothing needs sorting. Where many places have two points,
+/// as with dual returns, a second layer takes the next ones. The raster lies in memory stripe by
 /// stripe of kWidth columns, row by row in each: drivers send columns or rows, and with either what
 /// follows each other lies close.
 struct ScanRaster {
-  /// A point whose place is taken.
+  /// A point whose place is taken in all layers.
   struct Extra {
     std::uint32_t place;
     std::uint32_t point;
@@ -28,6 +29,7 @@ struct ScanRaster {
 
   std::size_t stripes;
   std::size_t rows;
+  bool has_second = false;        ///< a second layer, secondOf() each place
   Recycled<float> x, y, z;        ///< by place; x is NaN where no point lies
   Recycled<std::uint32_t> place;  ///< per point of the scan; nowhere(): in none, or an extra
   Recycled<Extra> extras;         ///< by place, then by point
@@ -40,6 +42,7 @@ struct ScanRaster {
              const SensorModel& sensor);
 
   std::uint32_t nowhere() const { return static_cast<std::uint32_t>(stripes * rows * kWidth); }
+  std::size_t secondOf(std::size_t at) const { return nowhere() + 1U + at; }
   bool isTaken(std::size_t at) const { return x[at] == x[at]; }
   /// The next place that is taken in the same column; nowhere(): none is.
   std::size_t above(std::size_t at) const;
@@ -51,6 +54,8 @@ struct ScanRaster {
   void findPlaces(const Scan& scan, const std::vector<Label>& labels,
                   const std::vector<std::uint32_t>& row_begin, std::size_t begin, std::size_t size);
   void put(const Scan& scan, std::size_t begin, std::size_t size);
+  void putInTwo(const Scan& scan, std::size_t begin, std::size_t size);
+  void addSecond(const Scan& scan);
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -18,6 +18,16 @@ SMOKE_GROUND_PART RoughPoints merged(const Ints& is_new, const RoughPoints& now,
           is_new ? now.squared_planar : last.squared_planar, is_new ? now.range : last.range};
 }
 
+SMOKE_GROUND_PART RoughPoints loadPoints(const ScanRaster& raster, std::size_t at) {
+  return roughPoints(loadLanes(&raster.x[at]), loadLanes(&raster.y[at]), loadLanes(&raster.z[at]));
+}
+
+SMOKE_GROUND_PART bool isDoubtIn(const Ints& all) {
+  bool is_doubt = false;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) is_doubt |= all[lane] < 0;
+  return is_doubt;
+}
+
 /// What the points of eight columns say, each with the one before it in its column. Returns what
 /// all say together: kInDoubt has a sign.
 /// \param first  their place in the first row; the others are a stripe's width apart.
@@ -29,8 +39,7 @@ SMOKE_GROUND_PART Ints judgeColumns(const ScanRaster& raster, std::size_t first,
   Ints all = {};
   for (std::size_t k = 0; k < raster.rows; ++k) {
     const std::size_t at = first + (is_downwards ? raster.rows - 1 - k : k) * kWidth;
-    const RoughPoints now =
-        roughPoints(loadLanes(&raster.x[at]), loadLanes(&raster.y[at]), loadLanes(&raster.z[at]));
+    const RoughPoints now = loadPoints(raster, at);
     const Ints is_taken = now.x == now.x;
     const Ints is_pair = is_taken & (last.x == last.x);
     const Ints verdict =
@@ -54,9 +63,105 @@ bool judgeStripe(const ScanRaster& raster, std::size_t stripe, bool is_downwards
     all |= is_downwards ? judgeColumns(raster, first, true, screens, says)
                         : judgeColumns(raster, first, false, screens, says);
   }
-  bool is_doubt = false;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) is_doubt |= all[lane] < 0;
-  return is_doubt;
+  return isDoubtIn(all);
+}
+
+/// The two points of a place, of eight columns.
+struct TwoPoints {
+  RoughPoints a, b;
+};
+
+/// Which of two points is the nearest to one: `is_b`, else a.
+struct Choice {
+  Ints is_b, is_doubt;
+};
+
+SMOKE_GROUND_PART Choice nearestTo(const RoughPoints& p, const TwoPoints& of) {
+  const auto square = [&](const RoughPoints& q) {
+    const Floats dx = p.x - q.x, dy = p.y - q.y, dz = p.z - q.z;
+    return (dx * dx + dy * dy) + dz * dz;
+  };
+  const Floats to_a = square(of.a), to_b = square(of.b);
+  const Floats margin = kScreenMargin * (to_a + to_b) + kLeastMargin;
+  const Ints is_b = to_b < to_a - margin;
+  const Ints is_a = (to_b > to_a + margin) | (of.b.x != of.b.x);
+  const Ints are_one = (of.a.x == of.b.x) & (of.a.y == of.b.y) & (of.a.z == of.b.z);
+  return {is_b, ~(is_a | is_b | are_one)};
+}
+
+/// What pairs of a lower and the nearest upper point say, and whether they chose the upper b.
+struct Verdicts {
+  Ints verdict, is_b;
+};
+
+SMOKE_GROUND_PART Verdicts judgeNearest(const RoughPoints& first, const TwoPoints& seconds,
+                                        const Screens& screens) {
+  const Choice choice = nearestTo(first, seconds);
+  const Ints is_pair = (first.x == first.x) & (seconds.a.x == seconds.a.x);
+  const RoughPoints second = merged(choice.is_b, seconds.b, seconds.a);
+  const Ints in_doubt = Ints{} + kInDoubt;
+  const Ints verdict = choice.is_doubt ? in_doubt : screens.judge(roughPairs(first, second));
+  return {verdict & is_pair, choice.is_b};
+}
+
+/// The greatest of two verdicts, in doubt if one is.
+SMOKE_GROUND_PART Ints strongest(const Ints& one, const Ints& other) {
+  return (one > other ? one : other) | ((one < 0) | (other < 0));
+}
+
+/// What the pairs of two rows say of the points of the first, or of the second.
+struct TwoVerdicts {
+  Ints a, b;
+};
+
+SMOKE_GROUND_PART TwoVerdicts judgeRows(const TwoPoints& firsts, const TwoPoints& seconds,
+                                        bool of_firsts, const Screens& screens) {
+  const Verdicts a = judgeNearest(firsts.a, seconds, screens);
+  const Verdicts b = judgeNearest(firsts.b, seconds, screens);
+  if (of_firsts) return {a.verdict, b.verdict};
+  // One that is in doubt, maybe of its second, puts both seconds in doubt.
+  const Ints of_a =
+      strongest(a.verdict & (~a.is_b | (a.verdict < 0)), b.verdict & (~b.is_b | (b.verdict < 0)));
+  const Ints of_b =
+      strongest(a.verdict & (a.is_b | (a.verdict < 0)), b.verdict & (b.is_b | (b.verdict < 0)));
+  return {of_a, of_b & (seconds.b.x == seconds.b.x)};
+}
+
+/// judgeColumns() with two layers.
+SMOKE_GROUND_PART Ints judgeLayers(const ScanRaster& raster, std::size_t first, bool is_downwards,
+                                   const Screens& screens, std::int8_t* says) {
+  const Floats nobody = Floats{} + NAN;
+  TwoPoints last = {roughPoints(nobody, nobody, nobody), roughPoints(nobody, nobody, nobody)};
+  Ints all = {};
+  for (std::size_t k = 0; k < raster.rows; ++k) {
+    const std::size_t at = first + (is_downwards ? raster.rows - 1 - k : k) * kWidth;
+    const std::size_t second = raster.secondOf(at);
+    const TwoPoints now = {loadPoints(raster, at), loadPoints(raster, second)};
+    const TwoVerdicts verdicts =
+        is_downwards ? judgeRows(now, last, true, screens) : judgeRows(last, now, false, screens);
+    all |= verdicts.a | verdicts.b;
+    const Bytes said_a = __builtin_convertvector(verdicts.a, Bytes);
+    const Bytes said_b = __builtin_convertvector(verdicts.b, Bytes);
+    std::memcpy(says + at, &said_a, sizeof(said_a));
+    std::memcpy(says + second, &said_b, sizeof(said_b));
+    const Ints is_taken = now.a.x == now.a.x;
+    last = {merged(is_taken, now.a, last.a), merged(is_taken, now.b, last.b)};
+  }
+  return all;
+}
+
+/// judgeStripe() with two layers.
+SMOKE_GROUND_MULTIVERSION
+bool judgeStripeOfTwo(const ScanRaster& raster, std::size_t stripe, bool is_downwards,
+                      const Screens& by, std::int8_t* says) {
+  const Screens screens = by;
+  Ints all = {};
+  for (std::size_t column = 0; column < kWidth; column += kLanes) {
+    const std::size_t first = stripe * raster.rows * kWidth + column;
+    all |= is_downwards ? judgeLayers(raster, first, true, screens, says)
+                        : judgeLayers(raster, first, false, screens, says);
+  }
+  return isDoubtIn(all);
 }
 
 /// What the pairs of a raster say of their labelled points.
@@ -68,9 +173,9 @@ class RasterPairs {
         raster_(raster),
         tests_(tests),
         label_first_(label_point == LabelPoint::kFirst),
-        says_(raster.nowhere() + 1U),
+        says_(raster.x.size()),
         extra_says_(raster.extras.size()) {
-    says_.back() = kSaysNothing;
+    says_[raster.nowhere()] = kSaysNothing;
     std::fill(extra_says_.begin(), extra_says_.end(), kSaysNothing);
     judgeRows();
     judgeExtras();
@@ -109,10 +214,19 @@ class RasterPairs {
     const std::size_t size = raster_.rows * kWidth;
     for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
       const std::size_t begin = stripe * size;
-      const bool is_doubt = judgeStripe(raster_, stripe, label_first_, screens, says_.data());
-      for (std::size_t at = begin; is_doubt && at < begin + size; ++at) {
-        if (says_[at] == kInDoubt) judgeExactly(at);
-      }
+      const bool is_doubt =
+          raster_.has_second
+              ? judgeStripeOfTwo(raster_, stripe, label_first_, screens, says_.data())
+              : judgeStripe(raster_, stripe, label_first_, screens, says_.data());
+      for (std::size_t at = begin; is_doubt && at < begin + size; ++at) judgeDoubt(at);
+    }
+  }
+
+  void judgeDoubt(std::size_t at) {
+    if (!raster_.has_second) {
+      if (says_[at] == kInDoubt) judgeExactly(at);
+    } else if (says_[at] == kInDoubt || says_[raster_.secondOf(at)] == kInDoubt) {
+      label_first_ ? judgePlaces(at, raster_.above(at)) : judgePlaces(raster_.below(at), at);
     }
   }
 
@@ -149,7 +263,12 @@ class RasterPairs {
   }
 
   void findAt(std::size_t at, std::vector<Found>* found) {
-    found->assign(1, {{raster_.x[at], raster_.y[at], raster_.z[at]}, &says_[at]});
+    const auto found_at = [&](std::size_t place) -> Found {
+      return {{raster_.x[place], raster_.y[place], raster_.z[place]}, &says_[place]};
+    };
+    found->assign(1, found_at(at));
+    const std::size_t second = raster_.secondOf(at);
+    if (raster_.has_second && raster_.isTaken(second)) found->push_back(found_at(second));
     const auto is_before = [](const ScanRaster::Extra& extra, std::size_t place) {
       return extra.place < place;
     };

@@ -66,9 +66,33 @@ void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const 
     const std::size_t size = std::min(kAtOnce, scan.size() - begin);
     bins.indices(&scan.x[begin], &scan.y[begin], size, &place[begin]);
     findPlaces(scan, labels, row_begin, begin, size);
-    put(scan, begin, size);
+    has_second ? putInTwo(scan, begin, size) : put(scan, begin, size);
+    if (extras.size() > most_extras && !has_second) addSecond(scan);
     is_crowded = extras.size() > most_extras;
   }
+}
+
+/// A layer for those that found their places taken so far, but for the third at one.
+void ScanRaster::addSecond(const Scan& scan) {
+  has_second = true;
+  const std::size_t size = secondOf(nowhere());
+  x.resize(size);
+  std::fill(x.begin() + nowhere() + 1, x.end(), NAN);
+  y.resize(size);
+  z.resize(size);
+  Recycled<Extra> left;
+  for (const Extra& extra : extras) {
+    const std::size_t at = secondOf(extra.place);
+    if (isTaken(at)) {
+      left.push_back(extra);
+      continue;
+    }
+    x[at] = scan.x[extra.point];
+    y[at] = scan.y[extra.point];
+    z[at] = scan.z[extra.point];
+    place[extra.point] = static_cast<std::uint32_t>(at);
+  }
+  extras.swap(left);
 }
 
 void ScanRaster::findPlaces(const Scan& scan, const std::vector<Label>& labels,
@@ -97,6 +121,30 @@ void ScanRaster::put(const Scan& scan, std::size_t begin, std::size_t size) {
       goes_to[i] = none;
       continue;
     }
+    to_x[at] = from_x[i];
+    to_y[at] = from_y[i];
+    to_z[at] = from_z[i];
+  }
+}
+
+/// No branches: first and second returns come in any order.
+void ScanRaster::putInTwo(const Scan& scan, std::size_t begin, std::size_t size) {
+  const std::uint32_t none = nowhere();
+  const std::uint32_t to_second = none + 1U;
+  const float *const from_x = &scan.x[begin], *const from_y = &scan.y[begin],
+                     *const from_z = &scan.z[begin];
+  float *const to_x = x.data(), *const to_y = y.data(), *const to_z = z.data();
+  std::uint32_t* const goes_to = &place[begin];
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::uint32_t first = goes_to[i];
+    const bool is_second = (first != none) & (to_x[first] == to_x[first]);
+    const std::uint32_t at = first + (is_second ? to_second : 0U);
+    if (is_second & (to_x[at] == to_x[at])) {  // few are
+      extras.push_back({first, static_cast<std::uint32_t>(begin + i)});
+      goes_to[i] = none;
+      continue;
+    }
+    goes_to[i] = at;
     to_x[at] = from_x[i];
     to_y[at] = from_y[i];
     to_z[at] = from_z[i];

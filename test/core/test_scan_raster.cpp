@@ -97,9 +97,49 @@ TEST(ScanRaster, SetsAsideWhatFindsItsPlaceTaken) {
   EXPECT_EQ(raster.x[raster.place[7]], cloud.x[7]);
 }
 
-TEST(ScanRaster, GivesUpWhereManyShareAPlace) {
+/// Points `from` to `to` of a cloud once more, a tenth farther.
+void addAgain(std::size_t from, std::size_t to, Cloud* cloud) {
+  for (std::size_t i = from; i < to; ++i) {
+    cloud->add(1.1 * cloud->x[i], 1.1 * cloud->y[i], 1.1 * cloud->z[i], cloud->ring[i]);
+  }
+}
+
+TEST(ScanRaster, HasASecondLayerWhereManyShareAPlace) {
   Cloud cloud = threeRings();
-  for (std::size_t i = 0; i < 48; ++i) cloud.add(cloud.x[i], cloud.y[i], cloud.z[i], cloud.ring[i]);
+  addAgain(0, 144, &cloud);
+  const ScanRaster raster = rasterOf(cloud);
+  ASSERT_FALSE(raster.is_crowded);
+  ASSERT_TRUE(raster.has_second);
+  EXPECT_TRUE(raster.extras.empty());
+  for (std::size_t i = 0; i < 144; ++i) {
+    const std::size_t second = raster.secondOf(raster.place[i]);
+    EXPECT_EQ(raster.place[144 + i], second);
+    EXPECT_EQ(raster.x[raster.place[i]], cloud.x[i]);
+    EXPECT_EQ(raster.x[second], cloud.x[144 + i]);
+    EXPECT_EQ(raster.y[second], cloud.y[144 + i]);
+    EXPECT_EQ(raster.z[second], cloud.z[144 + i]);
+  }
+}
+
+TEST(ScanRaster, SetsAsideTheThirdAtAPlace) {
+  Cloud cloud = threeRings();
+  addAgain(10, 11, &cloud);
+  addAgain(10, 11, &cloud);
+  addAgain(0, 60, &cloud);
+  const ScanRaster raster = rasterOf(cloud);
+  ASSERT_FALSE(raster.is_crowded);
+  ASSERT_EQ(raster.extras.size(), 2U);
+  for (const std::size_t k : {0U, 1U}) EXPECT_EQ(raster.extras[k].place, raster.place[10]);
+  EXPECT_EQ(raster.extras[0].point, 145U);
+  EXPECT_EQ(raster.extras[1].point, 156U);
+  EXPECT_EQ(raster.place[144], raster.secondOf(raster.place[10]));
+  EXPECT_EQ(raster.place[145], raster.nowhere());
+}
+
+TEST(ScanRaster, GivesUpWhereManyPlacesHaveThree) {
+  Cloud cloud = threeRings();
+  addAgain(0, 48, &cloud);
+  addAgain(0, 48, &cloud);
   EXPECT_TRUE(rasterOf(cloud).is_crowded);
 }
 

@@ -77,16 +77,44 @@ def test_every_parameter(core, name, seed):
 def test_few_points_share_ring_and_column(core, name, seed):
     """One place in forty holds two points or three, in the lowest and the highest ring as well."""
     rng = np.random.default_rng(seed)
-    view, _ = box_room(range_noise=0.01, seed=seed)
-    columns = round(360.0 / VARIANTS[name].column_width_deg)
-    azimuth = np.arctan2(view.xyz[:, 1], view.xyz[:, 0]) % (2.0 * np.pi)
-    places = view.ring * columns + (azimuth / (2.0 * np.pi) * columns).astype(int)
-    view = view.select(np.sort(np.unique(places, return_index=True)[1]))
+    view = one_a_place(VARIANTS[name], seed)
     again = view.select(rng.choice(len(view.xyz), len(view.xyz) // 40))
-    again = again._replace(xyz=again.xyz * rng.uniform(0.9, 1.1, (len(again.xyz), 1)).astype("f4"))
-    view = joined(view, again)
+    view = joined(view, moved(again, rng))
     view = view.select(rng.permutation(len(view.xyz)))
     assert_parity(core, VARIANTS[name], view, some_noise(view, seed))
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+@pytest.mark.parametrize("order", ["in turns", "one after the other", "shuffled"])
+def test_dual_returns(core, name, order):
+    """Nearly every place holds two points, of which one in three is a copy; some hold three."""
+    rng = np.random.default_rng(5)
+    view = one_a_place(VARIANTS[name], 5)
+    size = len(view.xyz)
+    again = view.select(np.flatnonzero(rng.uniform(size=size) < 0.9))
+    far = np.flatnonzero(rng.uniform(size=len(again.xyz)) < 2.0 / 3.0)
+    again.xyz[far] = moved(again.select(far), rng).xyz
+    third = view.select(rng.choice(size, size // 100))
+    view = joined(joined(view, again), moved(third, rng))
+    if order == "in turns":
+        view = view.select(np.argsort(np.arange(len(view.xyz)) % size, kind="stable"))
+    if order == "shuffled":
+        view = view.select(rng.permutation(len(view.xyz)))
+    assert_parity(core, VARIANTS[name], view, some_noise(view, 5))
+
+
+def one_a_place(params, seed):
+    """A room whose points have each a ring and column of their own."""
+    view, _ = box_room(range_noise=0.01, seed=seed)
+    columns = round(360.0 / params.column_width_deg)
+    azimuth = np.arctan2(view.xyz[:, 1], view.xyz[:, 0]) % (2.0 * np.pi)
+    places = view.ring * columns + (azimuth / (2.0 * np.pi) * columns).astype(int)
+    return view.select(np.sort(np.unique(places, return_index=True)[1]))
+
+
+def moved(view, rng):
+    """The same points up to a tenth nearer or farther."""
+    return view._replace(xyz=view.xyz * rng.uniform(0.9, 1.1, (len(view.xyz), 1)).astype("f4"))
 
 
 @pytest.mark.parametrize("angles_deg", [(3.0, -2.0), (0.0, 12.0)])
