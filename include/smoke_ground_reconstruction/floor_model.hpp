@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -65,6 +66,15 @@ class FloorFitter {
   struct Plane {
     double a, b, c;
   };
+  struct Tilts {
+    int first, last;  // [deg]
+
+    Tilts beside(int tilt) const { return {std::max(first, tilt - 1), std::min(last, tilt + 1)}; }
+  };
+  struct Tilt {
+    int x, y;  // [deg]
+    int slot;  // of height
+  };
   struct Step {
     Plane plane;
     std::array<double, 9> covariance;
@@ -76,8 +86,9 @@ class FloorFitter {
   void collectLow(const Points& returns, double sensor_height);
   Plane coarse(const Points& returns, double sensor_height);
   void castVotes(const Points& returns, double sensor_height);
-  void countVotes(float a);
-  int strongest(std::size_t tilt, int* slot) const;
+  Tilt strongestTilt(const Sample& votes, const Tilts& along_x, const Tilts& along_y);
+  void countVotes(const Sample& votes, float slope_x, const Tilts& along_y);
+  int mostVotes(std::size_t tilt, int* slot) const;
   std::size_t slots() const;
   bool refineSome(const Points& returns, const Plane& plane, double sensor_height,
                   FloorModel* found);

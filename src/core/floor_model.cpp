@@ -15,6 +15,7 @@ namespace {
 constexpr float kNearest = 0.3F;  // planar range of the returns that vote [m]
 constexpr float kFarthest = 15.0F;
 constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
+constexpr std::size_t kFirstVotes = 400;  // ... in that among all tilts
 constexpr float kSlotsPerMetre = 100.0F;  // of heights that are voted for
 constexpr double kVote = 1024.0;          // a cell with one return
 constexpr double kCell = 0.1;             // each cell of the floor has about one vote [m]
@@ -35,8 +36,9 @@ constexpr double kFewest = 50.0;                          // returns that make a
 constexpr double kNarrowest = 0.6;  // and the length they must span across, two sigma [m]
 constexpr std::size_t kLanes = OrderedSum::kLanes;
 
-// Rounded, for libraries that differ in the last bit.
-double slopeOf(int degrees) {
+// Rounded, for libraries that differ in the last bit. Not inline: where GCC 12 makes a vector of
+// two slopes, it loses the rounding.
+[[gnu::noinline]] double slopeOf(int degrees) {
   return static_cast<double>(static_cast<float>(std::tan(degrees * (M_PI / 180.0))));
 }
 
@@ -146,27 +148,37 @@ void FloorFitter::collectLow(const Points& returns, double sensor_height) {
   listWhere(is_low_, 1, 1, &low_);
 }
 
-/// Tilt and height that most cells of the floor vote for; slight tilts win ties.
+/// Tilt and height that most cells of the floor vote for. Some of the votes tell which tilt about,
+/// all of them which of those beside it.
 FloorFitter::Plane FloorFitter::coarse(const Points& returns, double sensor_height) {
   castVotes(returns, sensor_height);
-  std::int64_t best = -1;
-  Plane plane{};
-  const double lowest = -sensor_height - params_.max_height_deviation;
   const int steepest = params_.max_floor_tilt_deg;
-  for (int along_x = -steepest; along_x <= steepest; ++along_x) {
-    const double a = slopeOf(along_x);
-    countVotes(static_cast<float>(a));
-    for (int along_y = -steepest; along_y <= steepest; ++along_y) {
+  const Sample some(vote_.size(), kFirstVotes), all(vote_.size(), vote_.size());
+  const Tilts any = {-steepest, steepest};
+  Tilt tilt = strongestTilt(some, any, any);
+  if (some.size() < all.size()) tilt = strongestTilt(all, any.beside(tilt.x), any.beside(tilt.y));
+  const double lowest = -sensor_height - params_.max_height_deviation;
+  return {slopeOf(tilt.x), slopeOf(tilt.y), lowest + (tilt.slot + 0.5) / kSlotsPerMetre};
+}
+
+/// The tilt, among some along both axes, that most votes agree on; slight tilts win ties.
+FloorFitter::Tilt FloorFitter::strongestTilt(const Sample& votes, const Tilts& along_x,
+                                             const Tilts& along_y) {
+  std::int64_t best = -1;
+  Tilt strongest{};
+  for (int x = along_x.first; x <= along_x.last; ++x) {
+    countVotes(votes, static_cast<float>(slopeOf(x)), along_y);
+    for (int y = along_y.first; y <= along_y.last; ++y) {
       int slot = 0;
-      const std::int64_t steepness = std::abs(along_x) + std::abs(along_y);
+      const std::int64_t steepness = std::abs(x) + std::abs(y);
       const std::int64_t most =
-          strongest(static_cast<std::size_t>(along_y + steepest), &slot) * (500 - steepness);
+          mostVotes(static_cast<std::size_t>(y - along_y.first), &slot) * (500 - steepness);
       if (most <= best) continue;
       best = most;
-      plane = {a, slopeOf(along_y), lowest + (slot + 0.5) / kSlotsPerMetre};
+      strongest = {x, y, slot};
     }
   }
-  return plane;
+  return strongest;
 }
 
 /// Each cell of the floor has about one vote.
@@ -196,21 +208,22 @@ std::size_t FloorFitter::slots() const {
   return static_cast<std::size_t>(2.0 * params_.max_height_deviation * kSlotsPerMetre + 0.5);
 }
 
-/// Votes by slot of height under one tilt along x and every tilt along y, in single precision:
+/// Some votes by slot of height under one tilt along x and several along y, in single precision:
 /// slots are 10 mm high.
 SMOKE_GROUND_MULTIVERSION
-void FloorFitter::countVotes(float a) {
-  const auto tilts = static_cast<std::size_t>(2 * params_.max_floor_tilt_deg + 1);
+void FloorFitter::countVotes(const Sample& votes, float slope_x, const Tilts& along_y) {
+  const auto tilts = static_cast<std::size_t>(along_y.last - along_y.first + 1);
   std::array<float, kMostTilts> slopes{};
   for (std::size_t k = 0; k < tilts; ++k) {
-    slopes[k] = static_cast<float>(slopeOf(static_cast<int>(k) - params_.max_floor_tilt_deg));
+    slopes[k] = static_cast<float>(slopeOf(static_cast<int>(k) + along_y.first));
+    counts_[k].fill(0);
   }
-  for (auto& counts : counts_) counts.fill(0);
   const auto highest = static_cast<float>(slots());
   const int nowhere = static_cast<int>(slots()) + 2;
   const std::size_t padded = (tilts + 7) / 8 * 8;  // whole vectors
-  for (std::size_t i = 0; i < vote_.size(); ++i) {
-    const float turned = over_lowest_[i] - a * vote_x_[i];
+  for (std::size_t n = 0; n < votes.size(); ++n) {
+    const std::size_t i = votes[n];
+    const float turned = over_lowest_[i] - slope_x * vote_x_[i];
     const float y = vote_y_[i];
     std::array<int, kMostTilts> slot;
     for (std::size_t k = 0; k < padded; ++k) {
@@ -226,7 +239,7 @@ void FloorFitter::countVotes(float a) {
 }
 
 /// The most votes that three slots side by side have under a tilt along y, and the middle one.
-int FloorFitter::strongest(std::size_t tilt, int* slot) const {
+int FloorFitter::mostVotes(std::size_t tilt, int* slot) const {
   const auto& votes = counts_[tilt];
   int most = -1;
   for (std::size_t s = 0; s < slots(); ++s) {

@@ -18,6 +18,7 @@ from .sample import FEWEST, sample
 
 _NEAREST, _FARTHEST = np.float32(0.3), np.float32(15.0)  # planar range of the returns that vote [m]
 _VOTES = 1500  # returns, at least, that take part in the search of the tilt
+_FIRST_VOTES = 400  # ... in that among all tilts
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
 _VOTE = 1024.0  # a cell with one return
@@ -152,20 +153,37 @@ def _low_returns(xyz, sensor_height, params):
 
 
 def _coarse(low, sensor_height, params):
-    """Tilt and height that most cells of the floor vote for; slight tilts win ties."""
+    """Tilt and height that most cells of the floor vote for.
+
+    Some of the votes tell which tilt about, all of them which of those beside it.
+    """
     low = low[sample(len(low), _VOTES)]
     cell = np.floor(low[:, :2] / _CELL).astype(np.int64)
     _, of, count = np.unique(cell_numbers(cell), return_inverse=True, return_counts=True)
     vote = np.floor(_VOTE / np.sqrt(count[of]) + 0.5)
     bound, steepest = params.max_height_deviation, params.max_floor_tilt_deg
-    slots = math.floor(2.0 * bound * _SLOTS_PER_METRE + 0.5)
     # In single precision: slots are 10 mm high.
     x, y, z = low.astype(np.float32).T
-    over_lowest = (z + np.float32(sensor_height)) + np.float32(bound)
-    best, plane = -1.0, None
-    for along_x in range(-steepest, steepest + 1):
+    votes = np.stack([x, y, (z + np.float32(sensor_height)) + np.float32(bound)]), vote
+    slots = math.floor(2.0 * bound * _SLOTS_PER_METRE + 0.5)
+    some = sample(len(low), _FIRST_VOTES)
+    tilts = range(-steepest, steepest + 1)
+    tilt, slot = _strongest_tilt(*(values[..., some] for values in votes), slots, tilts, tilts)
+    if len(some) < len(low):
+        beside = (range(max(-steepest, t - 1), min(steepest, t + 1) + 1) for t in tilt)
+        tilt, slot = _strongest_tilt(*votes, slots, *beside)
+    height = -sensor_height - bound + (slot + 0.5) / _SLOTS_PER_METRE
+    return np.array([*map(_slope, tilt), height])
+
+
+def _strongest_tilt(place, vote, slots, tilts_x, tilts_y):
+    """The tilts along x and y and the slot of height that most votes agree on; slight ones win
+    ties."""
+    x, y, over_lowest = place
+    best, found = -1.0, None
+    for along_x in tilts_x:
         turned = over_lowest - np.float32(_slope(along_x)) * x
-        for along_y in range(-steepest, steepest + 1):
+        for along_y in tilts_y:
             turned_twice = turned - np.float32(_slope(along_y)) * y
             slot = np.floor(turned_twice * np.float32(_SLOTS_PER_METRE))
             inside = (slot >= 0.0) & (slot < slots)
@@ -173,9 +191,8 @@ def _coarse(low, sensor_height, params):
             around = (votes[:-2] + votes[1:-1]) + votes[2:]
             most = around.max() * (500 - (abs(along_x) + abs(along_y)))
             if most > best:
-                height = -sensor_height - bound + (around.argmax() + 0.5) / _SLOTS_PER_METRE
-                best, plane = most, np.array([_slope(along_x), _slope(along_y), height])
-    return plane
+                best, found = most, ((along_x, along_y), int(around.argmax()))
+    return found
 
 
 def _slope(degrees):
