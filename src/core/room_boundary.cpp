@@ -12,9 +12,9 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kColumnDeg = 0.4;
-constexpr std::uint32_t kWedgeColumns = 45;  // of a wedge that tells which frame is upright
-constexpr std::uint32_t kWedges = 4;         // one in so many does
-constexpr std::size_t kWedgeReturns = 1000;  // in posts, at least, tell
+constexpr std::uint32_t kWedgeColumns = 15;  // of a wedge that tells which frame is upright
+constexpr std::uint32_t kWedges = 12;        // one in so many does
+constexpr std::size_t kWedgeReturns = 500;   // in posts, at least, tell
 
 }  // namespace
 
@@ -122,7 +122,7 @@ Room& RoomBoundary::look(const FloorModel& floor) {
   return rooms_[upright];
 }
 
-/// A quarter of the returns, in five directions.
+/// A twelfth of the returns, in five directions.
 void RoomBoundary::pickWedges() {
   bin_.resize(level_.size());
   bins_.indices(level_.x.data(), level_.y.data(), level_.size(), bin_.data());

@@ -32,9 +32,9 @@ from .sensor_model import SensorModel
 from .visibility import Visibility, VisibilityEstimator
 from .wall_profile import Profile
 
-_WEDGE_COLUMNS = 45  # of a wedge that tells which frame is upright
-_WEDGES = 4  # one in so many does
-_WEDGE_RETURNS = 1000  # in posts, at least, tell
+_WEDGE_COLUMNS = 15  # of a wedge that tells which frame is upright
+_WEDGES = 12  # one in so many does
+_WEDGE_RETURNS = 500  # in posts, at least, tell
 
 
 @dataclass
