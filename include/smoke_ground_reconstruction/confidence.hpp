@@ -35,6 +35,17 @@ class FloorConfidence {
     double end, seen, posts, drop_begin;  // planar ranges [m]; infinite where none is
     double rim_100, rim_500, limit_rim;   // weights of the distance to the end
     double past_post, beyond;             // ... behind the posts and the measured floor
+
+    double logit(double range) const;
+  };
+  /// All of them, and apart what many points ask for.
+  struct Columns {
+    std::vector<Column> all;
+    std::vector<double> constant, end;
+    std::vector<double> plain;  // nearer than this [m] little of the model is left
+
+    void resize(std::size_t count);
+    void set(std::size_t c, const Column& column);
   };
 
   void findSeen(const Room& room, const std::vector<std::uint32_t>& measured);
@@ -43,10 +54,10 @@ class FloorConfidence {
   void findDrops(const DropOffs& drops);
   Column describe(const Room& room, double limit, std::size_t c, double unknown) const;
   Column ofDrawn(const Column& measured, std::size_t c) const;
-  static void tell(const Column* columns, const std::uint16_t* column, const double* planar,
+  static void tell(const Columns& columns, const std::uint16_t* column, const double* planar,
                    std::size_t size, float* confidence);
 
-  std::vector<Column> measured_, drawn_;  // by column
+  Columns measured_, drawn_;
   FarthestReturns farthest_;
   std::vector<double> seen_, own_post_, post_, bridge_, near_drop_;
   bool has_drop_ = false;

@@ -14,6 +14,14 @@
 
 namespace smoke_ground_reconstruction {
 
+/// The returns of a scan as the sensor sent them.
+struct SensedReturns {
+  const Points& points;  ///< in the sensor frame
+  const std::vector<float>& intensity;
+  const std::vector<std::uint32_t>& index;  ///< of each in the scan
+  StridedField<std::uint16_t> ring;         ///< of the scan's points
+};
+
 /// What of the floor is claimed.
 struct FloorClaim {
   std::vector<double> limit;            ///< how far in each column, drop-offs apart [m]
@@ -48,11 +56,10 @@ class FloorCompletion {
   const DrawnFloor& draw(Room* room, const SensorModel& sensor, const Mounting& mounting);
   /// The surface: measured points in input order, then the drawn ones; and the outline, a vertex
   /// per column where floor is claimed, and the foot once where none is.
-  /// \param scan  of which the points `valid` are the room's returns.
+  /// \param sensed  the room's returns.
   /// \param floor  in the level frame.
-  void merge(const ScanView& scan, const std::vector<std::uint32_t>& valid, Room* room,
-             const SensorModel& sensor, const Mounting& mounting, const FloorModel& floor,
-             FloorSurface* surface);
+  void merge(const SensedReturns& sensed, Room* room, const SensorModel& sensor,
+             const Mounting& mounting, const FloorModel& floor, FloorSurface* surface);
 
  private:
   /// A ring's beams or a column's fill.
@@ -76,6 +83,7 @@ class FloorCompletion {
   };
 
   void findMeasured(const Room& room);
+  void findSurelyFloor(const Room& room);
   void gatherMeasured(const Room& room);
   bool isMeasured(const Room& room, std::uint32_t low) const;
   void drawOn(const Room& room);
@@ -90,8 +98,7 @@ class FloorCompletion {
   void lookUpClaim(const DropOffs& drops, std::size_t size);
   bool findClaimed(std::size_t size);
   void keep(std::size_t size, std::uint16_t ring);
-  void placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                     const FloorModel& floor, FloorSurface* surface);
+  void placeMeasured(const SensedReturns& sensed, const FloorModel& floor, FloorSurface* surface);
   void tellMeasuredSigma(const FloorModel& floor, float* sigma) const;
   void placeDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
                   const FloorModel& floor, FloorSurface* surface);
@@ -109,6 +116,7 @@ class FloorCompletion {
   Points measured_;  // in the upright frame, with their columns and planar ranges
   std::vector<std::uint16_t> column_;
   std::vector<double> planar_;
+  std::vector<float> surely_floor_;  // by column [m]
   CellSet measured_cells_;
   std::vector<std::uint32_t> past_;  // measured returns past the limits
   FarthestReturns farthest_;

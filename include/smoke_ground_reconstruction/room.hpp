@@ -125,6 +125,8 @@ class Room {
   /// How far a return lies beyond the line of its column's boundary [m]; negative infinity where
   /// that is no line.
   double pastWall(std::size_t i) const;
+  /// What lies nearer than this [m] surely lies before that line by more than walls' feet do.
+  float nearestWall(std::size_t column) const;
 
   const Posts& posts() const { return posts_; }
   const Lines& lines() const { return lines_; }

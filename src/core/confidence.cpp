@@ -104,8 +104,9 @@ void FloorConfidence::look(const Room& room, const std::vector<double>& limit,
   measured_.resize(kinds.size());
   drawn_.resize(kinds.size());
   for (std::size_t c = 0; c < kinds.size(); ++c) {
-    measured_[c] = describe(room, limit[c], c, unknown);
-    drawn_[c] = ofDrawn(measured_[c], c);
+    const Column column = describe(room, limit[c], c, unknown);
+    measured_.set(c, column);
+    drawn_.set(c, ofDrawn(column, c));
   }
 }
 
@@ -148,35 +149,60 @@ FloorConfidence::Column FloorConfidence::ofDrawn(const Column& measured, std::si
 
 void FloorConfidence::measured(const std::uint16_t* column, const double* planar, std::size_t size,
                                float* confidence) const {
-  tell(measured_.data(), column, planar, size, confidence);
+  tell(measured_, column, planar, size, confidence);
 }
 
 void FloorConfidence::drawn(const std::uint16_t* column, const double* planar, std::size_t size,
                             float* confidence) const {
-  tell(drawn_.data(), column, planar, size, confidence);
+  tell(drawn_, column, planar, size, confidence);
+}
+
+void FloorConfidence::Columns::resize(std::size_t count) {
+  all.resize(count);
+  for (auto* values : {&constant, &end, &plain}) values->resize(count);
+}
+
+void FloorConfidence::Columns::set(std::size_t c, const Column& column) {
+  constexpr double kRim = 0.51, kPost = kPostHalf + 1e-3, kDropRim = 0.11;  // no hinge goes farther
+  all[c] = column;
+  constant[c] = column.constant;
+  end[c] = column.end;
+  plain[c] = std::min(
+      {column.end - kRim, column.seen, column.posts - kPost, column.drop_begin - kDropRim});
+}
+
+double FloorConfidence::Column::logit(double range) const {
+  const double margin = end - range;
+  const double near_end = hinge(margin, 0.1);
+  const double past_seen = atMost(notNegative(range - seen), kFarthestBeyond);
+  const double far = atMost(range, kFarthestPlanar) / kFarthestPlanar;
+  const double past_share = (range - posts + kPostHalf) / (2.0 * kPostHalf);
+  const double past = atMost(notNegative(past_share), 1.0);
+  const double rims = (kWeights[kRim20] * hinge(margin, 0.02) + rim_100 * near_end) +
+                      (rim_500 * hinge(margin, 0.5) + kWeights[kRim2000] * hinge(margin, 2.0)) +
+                      limit_rim * hinge(margin, 0.3);
+  return constant + rims + beyond * past_seen +
+         kWeights[kDropRim100] * hinge(drop_begin - range, 0.1) +
+         far * (kWeights[kFar] + kWeights[kFarRim100] * near_end) +
+         past * (past_post + kWeights[kPastPostRim100] * near_end);
 }
 
 SMOKE_GROUND_MULTIVERSION
-void FloorConfidence::tell(const Column* columns, const std::uint16_t* column, const double* planar,
-                           std::size_t size, float* confidence) {
+void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column,
+                           const double* planar, std::size_t size, float* confidence) {
+  // Far from all that ends a column only this much of the model is left.
+  const double* const constant = columns.constant.data();
+  const double* const end = columns.end.data();
   for (std::size_t i = 0; i < size; ++i) {
-    const Column& at = columns[column[i]];
-    const double range = planar[i];
-    const double margin = at.end - range;
-    const double rim_100 = hinge(margin, 0.1);
-    const double beyond = atMost(notNegative(range - at.seen), kFarthestBeyond);
-    const double far = atMost(range, kFarthestPlanar) / kFarthestPlanar;
-    const double past_share = (range - at.posts + kPostHalf) / (2.0 * kPostHalf);
-    const double past = atMost(notNegative(past_share), 1.0);
-    const double rims =
-        (kWeights[kRim20] * hinge(margin, 0.02) + at.rim_100 * rim_100) +
-        (at.rim_500 * hinge(margin, 0.5) + kWeights[kRim2000] * hinge(margin, 2.0)) +
-        at.limit_rim * hinge(margin, 0.3);
-    const double logit = at.constant + rims + at.beyond * beyond +
-                         kWeights[kDropRim100] * hinge(at.drop_begin - range, 0.1) +
-                         far * (kWeights[kFar] + kWeights[kFarRim100] * rim_100) +
-                         past * (at.past_post + kWeights[kPastPostRim100] * rim_100);
-    confidence[i] = static_cast<float>(logit);
+    const std::size_t c = column[i];
+    const double far = atMost(planar[i], kFarthestPlanar) / kFarthestPlanar;
+    const double rim = kWeights[kRim2000] * hinge(end[c] - planar[i], 2.0);
+    confidence[i] = static_cast<float>((constant[c] + rim) + far * kWeights[kFar]);
+  }
+  const double* const plain = columns.plain.data();
+  for (std::size_t i = 0; i < size; ++i) {
+    if (planar[i] < plain[column[i]]) continue;
+    confidence[i] = static_cast<float>(columns.all[column[i]].logit(planar[i]));
   }
   for (std::size_t i = 0; i < size; ++i) confidence[i] = logistic(confidence[i]);
 }

@@ -75,12 +75,32 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
 
 /// Which low returns are floor, and which of them lie past the limits.
 void FloorCompletion::findMeasured(const Room& room) {
-  claim_.measured.clear();
+  findSurelyFloor(room);
   past_.clear();
+  auto& measured = claim_.measured;
+  measured.resize(room.low().size());
+  std::size_t count = 0;
   for (const std::uint32_t i : room.low()) {
-    if (!isMeasured(room, i)) continue;
-    claim_.measured.push_back(i);
-    if (room.planar(i) > claim_.limit[room.column(i)] + Room::kBeyond) past_.push_back(i);
+    measured[count] = i;
+    const std::size_t c = room.column(i);
+    if (room.planar(i) < surely_floor_[c]) {
+      ++count;
+    } else if (isMeasured(room, i)) {
+      ++count;
+      if (room.planar(i) > claim_.limit[c] + Room::kBeyond) past_.push_back(i);
+    }
+  }
+  measured.resize(count);
+}
+
+/// What low returns nearer than this need not be asked one by one.
+void FloorCompletion::findSurelyFloor(const Room& room) {
+  constexpr double kRounding = 1.0 - 1e-6;  // to single precision
+  surely_floor_.resize(claim_.limit.size());
+  for (std::size_t c = 0; c < surely_floor_.size(); ++c) {
+    const double wall = room.nearestWall(c);
+    const double nearest = std::min({claim_.limit[c], room.drops().begin[c], wall});
+    surely_floor_[c] = static_cast<float>(kRounding * nearest);
   }
 }
 
@@ -314,29 +334,32 @@ void FloorCompletion::keep(std::size_t size, std::uint16_t ring) {
   drawn_.size += kept;
 }
 
-void FloorCompletion::merge(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                            Room* room, const SensorModel& sensor, const Mounting& mounting,
-                            const FloorModel& floor, FloorSurface* surface) {
+void FloorCompletion::merge(const SensedReturns& sensed, Room* room, const SensorModel& sensor,
+                            const Mounting& mounting, const FloorModel& floor,
+                            FloorSurface* surface) {
   surface->resize(claim_.measured.size() + drawn_.size);
   confidence_.look(*room, claim_.limit, claim_.measured);
-  placeMeasured(scan, valid, floor, surface);
+  placeMeasured(sensed, floor, surface);
   placeDrawn(room, sensor, mounting, floor, surface);
   outline(*room, mounting, &surface->boundary);
   surface->floor_plane = rotatedPlane(floor.plane, transposed(mounting.rotation));
 }
 
 /// In input order.
-void FloorCompletion::placeMeasured(const ScanView& scan, const std::vector<std::uint32_t>& valid,
-                                    const FloorModel& floor, FloorSurface* surface) {
+void FloorCompletion::placeMeasured(const SensedReturns& sensed, const FloorModel& floor,
+                                    FloorSurface* surface) {
   const std::size_t size = claim_.measured.size();
+  const std::uint32_t* const measured = claim_.measured.data();
+  const Points& points = sensed.points;
   for (std::size_t n = 0; n < size; ++n) {
-    const std::uint32_t i = valid[claim_.measured[n]];
-    surface->x[n] = scan.x[i];
-    surface->y[n] = scan.y[i];
-    surface->z[n] = scan.z[i];
-    surface->intensity[n] = scan.intensity[i];
-    surface->ring[n] = scan.ring[i];
+    const std::uint32_t i = measured[n];
+    surface->x[n] = points.x[i];
+    surface->y[n] = points.y[i];
+    surface->z[n] = points.z[i];
+    surface->intensity[n] = sensed.intensity[i];
   }
+  const auto rings = sensed.ring;
+  for (std::size_t n = 0; n < size; ++n) surface->ring[n] = rings[sensed.index[measured[n]]];
   std::fill_n(surface->provenance.begin(), size, Provenance::kMeasured);
   tellMeasuredSigma(floor, surface->sigma.data());
   confidence_.measured(column_.data(), planar_.data(), size, surface->confidence.data());

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "cell_numbers.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 
@@ -46,23 +47,34 @@ bool isScattered(const float* height, std::uint32_t count) {
 /// Column or row of a coordinate.
 int indexOf(double coordinate) { return floorToInt(coordinate / ReliefGrid::kCell) + kSide / 2; }
 
-/// Cells of returns, ReliefGrid::kCells of those that are too high, too low, too near or too far.
+/// Cells by their columns and rows, ReliefGrid::kCells where a return lies too high, too low, too
+/// near or too far.
 SMOKE_GROUND_MULTIVERSION
-void findCells(const ReliefReturns& input, std::uint32_t* cell) {
+void joinNumbers(const ReliefReturns& input, std::size_t begin, std::size_t count,
+                 const std::int32_t* column, const std::int32_t* row, std::uint32_t* cell) {
   constexpr auto kFarthest = static_cast<float>(ReliefGrid::kReach);
-  const float* px = input.x.data();
-  const float* py = input.y.data();
-  const float* pz = input.height.data();
-  const float* planar = input.planar.data();
-  for (std::size_t i = 0, n = input.size(); i < n; ++i) {
+  constexpr auto kNone = static_cast<int>(ReliefGrid::kCells);
+  const float* px = input.x.data() + begin;
+  const float* py = input.y.data() + begin;
+  const float* pz = input.height.data() + begin;
+  const float* planar = input.planar.data() + begin;
+  for (std::size_t i = 0; i < count; ++i) {
     const bool is_in = (pz[i] > ReliefGrid::kLowest) & (pz[i] < ReliefGrid::kHighest) &
                        (planar[i] > kNearest) & (std::fabs(px[i]) < kFarthest) &
                        (std::fabs(py[i]) < kFarthest);
-    const double x = is_in ? px[i] : 0.0F;
-    const double y = is_in ? py[i] : 0.0F;
-    const int at = indexOf(y) * kSide + indexOf(x);
-    cell[i] =
-        is_in ? static_cast<std::uint32_t>(at) : static_cast<std::uint32_t>(ReliefGrid::kCells);
+    const int at = (row[i] + kSide / 2) * kSide + (column[i] + kSide / 2);
+    cell[i] = static_cast<std::uint32_t>(is_in ? at : kNone);
+  }
+}
+
+void findCells(const ReliefReturns& input, std::uint32_t* cell) {
+  constexpr std::size_t kBlock = 256;
+  std::array<std::int32_t, kBlock> column, row;
+  for (std::size_t begin = 0; begin < input.size(); begin += kBlock) {
+    const std::size_t count = std::min(kBlock, input.size() - begin);
+    cellNumbers(input.x.data() + begin, count, ReliefGrid::kCell, column.data());
+    cellNumbers(input.y.data() + begin, count, ReliefGrid::kCell, row.data());
+    joinNumbers(input, begin, count, column.data(), row.data(), cell + begin);
   }
 }
 

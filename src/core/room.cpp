@@ -451,6 +451,12 @@ double Room::pastWall(std::size_t i) const {
   return (lines_.nx[l] * points().x[i] + lines_.ny[l] * points().y[i]) - lines_.rho[l];
 }
 
+float Room::nearestWall(std::size_t column) const {
+  const std::int32_t line = profile_.line[column];
+  if (line < 0) return std::numeric_limits<float>::infinity();
+  return windows_.of(static_cast<std::size_t>(line), column).lowest;
+}
+
 void Room::findOnWalls() {
   on_walls_.resize(wall_returns_.size() + 1);
   std::uint32_t* on_wall = on_walls_.data();

@@ -56,7 +56,8 @@ void RoomBoundary::reconstruct(const ScanView& scan, const SensorModel& sensor,
   room.findWalls(directions_);
   const FloorClaim& claim = completion_.claim(room);
   completion_.draw(&room, sensor, mounting);
-  completion_.merge(scan, valid_, &room, sensor, mounting, result->floor, &result->surface);
+  const SensedReturns sensed{mounting.isLevel() ? level_ : sensed_, intensity_, valid_, scan.ring};
+  completion_.merge(sensed, &room, sensor, mounting, result->floor, &result->surface);
   result->labels.assign(scan.size, Label::kInvalid);
   label(room, claim, &result->labels);
   result->profile = room.profile();
