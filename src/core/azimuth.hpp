@@ -5,16 +5,19 @@
 namespace smoke_ground_reconstruction {
 
 constexpr double kTwoPi = 6.283185307179586;
-constexpr double kAzimuthError = 2e-5;  ///< of azimuthOf() [rad]
+constexpr double kAzimuthError = 4e-6;  ///< of azimuthOf() [rad]
 
 /// Azimuth of (x, y) from 0 at +x to 2 pi, counter-clockwise, to kAzimuthError: where a cheap guess
 /// serves, exact tests follow and loops must vectorize. Not for (0, 0), nor where |x| + |y| is
-/// below 1e-30. Polynomial: Abramowitz and Stegun, Handbook of Mathematical Functions, 4.4.49.
+/// below 1e-30. Polynomial: arc tangent within a quarter turn to 1.7e-6, by a fit of the least
+/// greatest error; rounding in single precision adds 6e-7.
 inline float azimuthOf(float x, float y) {
   const float from_diagonal = (std::fabs(y) - std::fabs(x)) / (std::fabs(y) + std::fabs(x));
   const float t = from_diagonal * from_diagonal;
   const float sum =
-      ((((0.0208351F * t - 0.0851330F) * t + 0.1801410F) * t - 0.3302995F) * t + 0.9998660F) *
+      (((((-0.01171912F * t + 0.0526473F) * t - 0.1164264F) * t + 0.1935404F) * t - 0.3326228F) *
+           t +
+       0.9999772F) *
       from_diagonal;
   const float in_quarter = 0.7853981634F + sum;
   const float in_half = x < 0.0F ? 3.1415926536F - in_quarter : in_quarter;

@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t kSlotsPerBin = 4;
 constexpr double kTurnMargin = 1e-12;  // beyond its rounding
 constexpr std::int32_t kDoubtful = -1;
+constexpr std::size_t kBetweenLooks = 128;  // for those in doubt: of most such none is
 
 /// Bins of points that lie clear of every edge, else kDoubtful.
 SMOKE_GROUND_MULTIVERSION
@@ -89,10 +90,13 @@ std::size_t AzimuthBins::index(float x, float y) const {
 void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
                           std::uint32_t* index) const {
   guessBins(x, y, size, static_cast<float>(count()), index);
-  if (areAllClear(index, size)) return;
-  for (std::size_t i = 0; i < size; ++i) {
-    if (index[i] == static_cast<std::uint32_t>(kDoubtful)) {
-      index[i] = static_cast<std::uint32_t>(this->index(x[i], y[i]));
+  for (std::size_t begin = 0; begin < size; begin += kBetweenLooks) {
+    const std::size_t end = std::min(size, begin + kBetweenLooks);
+    if (areAllClear(index + begin, end - begin)) continue;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (index[i] == static_cast<std::uint32_t>(kDoubtful)) {
+        index[i] = static_cast<std::uint32_t>(this->index(x[i], y[i]));
+      }
     }
   }
 }
