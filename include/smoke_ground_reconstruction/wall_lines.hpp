@@ -141,6 +141,8 @@ class WallSupport {
   const std::uint8_t* seen(std::size_t line) const { return seen_.data() + line * columns_; }
   /// ... and up to the ceiling, or as high as the sensor sees.
   const std::uint8_t* full(std::size_t line) const { return full_.data() + line * columns_; }
+  /// Does a wall reach the ceiling, or as high as the sensor sees, anywhere?
+  bool isTall(std::size_t line) const { return tall_[line] != 0; }
   /// Planar range of the wall at the column's middle [m].
   const double* reach(std::size_t line) const { return reach_.data() + line * columns_; }
   /// Between the normals of two walls.
@@ -150,10 +152,11 @@ class WallSupport {
   void countReturns(const WallReturns& returns, const Line& line, std::size_t number);
   void judge(std::size_t line);
   void markFull(std::size_t line, const UpwardView& view);
+  void markTall(std::size_t line, const UpwardView& view);
 
   std::size_t lines_ = 0, columns_ = 0;
   LineWindows windows_;
-  std::vector<std::uint8_t> seen_, full_;
+  std::vector<std::uint8_t> seen_, full_, tall_;
   std::vector<double> reach_, nx_, ny_;
   std::vector<std::uint32_t> own_, around_;  // of one line, by column
   std::vector<float> low_, high_, highest_;  // the last over neighbours

@@ -26,6 +26,7 @@ constexpr std::size_t kBlock = 32;  // slots that are searched at once, beyond t
 constexpr std::uint32_t kSupportPoints = 3;  // of a wall in one column
 constexpr std::size_t kTopColumns = 4;       // that reach the ceiling make a wall of a stretch
 constexpr double kTopShare = 0.2;
+constexpr std::size_t kTallColumns = 2;  // that reach out of the view, at least: as high as a wall
 
 /// Slots of the distances that lines of all normals through a place have.
 template <std::size_t kAngles>
@@ -298,6 +299,7 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
   columns_ = directions.count();
   seen_.assign(lines_ * columns_, 0);
   full_.assign(lines_ * columns_, 0);
+  tall_.assign(lines_, 0);
   reach_.resize(lines_ * columns_);
   nx_ = lines.nx;
   ny_ = lines.ny;
@@ -307,6 +309,7 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
     countReturns(returns, lines[line], line);
     judge(line);
     markFull(line, view);
+    markTall(line, view);
   }
 }
 
@@ -374,6 +377,15 @@ void WallSupport::markFull(std::size_t line, const UpwardView& view) {
       full_[line * columns_ + *c] = 1;
     }
   }
+}
+
+void WallSupport::markTall(std::size_t line, const UpwardView& view) {
+  std::size_t tops = 0;
+  for (std::size_t c = 0; c < columns_; ++c) {
+    if (seen(line)[c] == 0) continue;
+    tops += view.isFull(highest_[c], reach(line)[c]) ? 1U : 0U;
+  }
+  tall_[line] = tops >= kTallColumns ? 1 : 0;
 }
 
 }  // namespace smoke_ground_reconstruction

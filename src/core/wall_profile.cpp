@@ -201,13 +201,14 @@ void ProfileFinder::takeLines(const WallSupport& support, const ColumnDirections
 ///
 /// Where the ceiling is in view a lintel shows, or shows to be missing. Where it is not, a wall
 /// farther away between two stretches of one line is seen through a door or a window: floor goes on
-/// to it only if some is measured there.
+/// to it only if some is measured there. Desks in line, lower than the view, are no such wall.
 void ProfileFinder::closeOpenings(const WallSupport& support, const UpwardView& view,
                                   const LevelFloor& level_floor, Profile* profile) {
   const std::size_t columns = profile->columns();
   is_on_.resize(columns);
   for (std::size_t number = 0; number < support.lines(); ++number) {
     const auto line = static_cast<std::int32_t>(number);
+    if (!support.isTall(number)) continue;
     for (std::size_t c = 0; c < columns; ++c) is_on_[c] = profile->line[c] == line ? 1 : 0;
     runs_.find(is_on_.data(), columns);
     for (std::size_t run = 0; run < runs_.count(); ++run) {

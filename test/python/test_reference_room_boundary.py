@@ -245,7 +245,7 @@ def profile_of(distance, *reaches):
     posts = Posts(columns, np.full(40, 8), distance, nothing, nothing + 1.2, nothing, nothing)
     view, unknown = View(np.inf, 0.7, 0.1, 1.5), np.zeros(COLUMNS)
     normals = np.tile([1.0, 0.0], (len(reaches), 1))
-    support = Support(seen, np.zeros_like(seen), reach, normals)
+    support = Support(seen, np.zeros_like(seen), reach, normals, np.zeros(len(reaches), bool))
     found = column_profile(posts, support, view, unknown, unknown, DIRECTIONS, 1.6)
     return found.distance[columns]
 
@@ -738,6 +738,28 @@ def test_a_facade_behind_a_window_whose_top_is_out_of_view_bounds_no_floor():
     assert behind_a_window(0.0, 0.0) < 3.4
     # Floor measured on the far side shows a doorway into another room.
     assert behind_a_window(3.4, 9.0) == pytest.approx(9.0, abs=0.05)
+
+
+def between_desks(height):
+    """What a sensor that looks up by 15 deg at most claims ahead, where the wall x = 6 shows between
+    two things of a height, in line at x = 2.4 and 1 m apart, and smoke hides all else behind them."""
+    view = rooms.box_room((6.0, 3.0, -3.4, -3.0), 1.9, -0.7, np.linspace(-25.0, 15.0, 40), 0.4)[0]
+    xyz = view.xyz.astype(np.float64)
+    x, y, z = xyz.T
+    front = xyz * (2.4 / np.where(x > 2.4, x, 1.0))[:, None]
+    behind, aside = x > 2.4, np.abs(front[:, 1])
+    blocked = behind & (aside > 0.5) & (aside < 1.6) & (front[:, 2] < height - 0.7)
+    xyz[blocked] = front[blocked]
+    is_floor = z < -0.69
+    keep = ~behind | blocked | ((aside <= 0.5) & ~is_floor)
+    surface = reconstruct(view._replace(xyz=xyz.astype(np.float32)).select(keep)).surface
+    x, y, _ = surface.xyz.T
+    return x[np.abs(y) < 0.15 * x].max()
+
+
+def test_desks_in_line_are_no_wall_with_a_window():
+    assert between_desks(0.65) == pytest.approx(6.0, abs=0.05)
+    assert between_desks(2.0) < 2.4
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -20,6 +20,7 @@ _NEAREST = 0.2  # planar range [m]
 _MOST_LINES = 40
 _SUPPORT_POINTS = 3  # of a wall in one column
 _TOP_COLUMNS, _TOP_SHARE = 4, 0.2  # that reach the ceiling make a wall of a stretch
+_TALL_COLUMNS = 2  # that reach out of the view, at least, has what is as high as a wall
 BREAK = 4  # columns without a return of a wall divide it
 
 
@@ -132,12 +133,15 @@ class Support:
         Planar range of the wall at the column's middle [m].
     normals : (L, 2) float64
         Of the walls.
+    tall : (L,) bool
+        Does a wall reach the ceiling, or as high as the sensor sees, anywhere?
     """
 
     seen: np.ndarray
     full: np.ndarray
     reach: np.ndarray
     normals: np.ndarray
+    tall: np.ndarray
 
     def cosine(self, a, b):
         """Between the normals of two walls."""
@@ -192,7 +196,7 @@ def line_support(returns, lines, directions, view):
     columns = len(directions)
     shape = (len(lines.rho), columns)
     seen, full = np.zeros(shape, bool), np.zeros(shape, bool)
-    reach = np.full(shape, np.inf)
+    reach, tall = np.full(shape, np.inf), np.zeros(len(lines.rho), bool)
     for line in range(len(lines.rho)):
         off = _distances(returns.xy, (lines.nx[line], lines.ny[line], lines.rho[line]))
         on, around = off < LINE_HALF, off < 4.0 * LINE_HALF
@@ -204,7 +208,9 @@ def line_support(returns, lines, directions, view):
         seen[line] = (own > 0) & (near >= _SUPPORT_POINTS) & (near >= POST_SHARE * total)
         seen[line] &= (high - low >= POST_EXTENT) & np.isfinite(reach[line])
         full[line] = _full_columns(seen[line], high, reach[line], view)
-    return Support(seen, full, reach, np.column_stack([lines.nx, lines.ny]))
+        tops = view.is_full(high[seen[line]], reach[line, seen[line]])
+        tall[line] = np.count_nonzero(tops) >= _TALL_COLUMNS
+    return Support(seen, full, reach, np.column_stack([lines.nx, lines.ny]), tall)
 
 
 def _full_columns(seen, high, reach, view):

@@ -96,10 +96,12 @@ def _close_openings(support, view, level_floor, distance, kind, line):
 
     Where the ceiling is in view a lintel shows, or shows to be missing. Where it is not, a wall
     farther away between two stretches of one line is seen through a door or a window: floor goes
-    on to it only if some is measured there.
+    on to it only if some is measured there. Desks in line, lower than the view, are no such wall.
     """
     columns = len(distance)
     for number in np.unique(line[line >= 0]):
+        if not support.tall[number]:
+            continue
         stretches = runs(line == number)
         for before, after in zip(stretches, stretches[1:] + stretches[:1]):
             gap = (before[-1] + 1 + np.arange((after[0] - before[-1] - 1) % columns)) % columns
