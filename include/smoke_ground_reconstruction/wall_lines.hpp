@@ -139,6 +139,8 @@ class WallSupport {
   std::size_t lines() const { return lines_; }
   std::size_t columns() const { return columns_; }
   const std::uint8_t* seen(std::size_t line) const { return seen_.data() + line * columns_; }
+  /// Is a wall seen in a column or in some to either side?
+  bool isSeenNear(std::size_t line, std::size_t column) const;
   /// ... and up to the ceiling, or as high as the sensor sees.
   const std::uint8_t* full(std::size_t line) const { return full_.data() + line * columns_; }
   /// Does a wall reach the ceiling, or as high as the sensor sees, anywhere?

@@ -286,6 +286,7 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
       const RangeWindow window = windows_.of(line, c);
       if (planar(i) < window.lowest || planar(i) > window.highest) continue;
       if (lines_.distance(line, points().x[i], points().y[i]) >= kWallFoot) continue;
+      if (!support_.isSeenNear(line, c)) continue;
       flags_[i] |= ReturnKind::kAtWall;
       break;
     }

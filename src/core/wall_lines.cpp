@@ -26,7 +26,8 @@ constexpr std::size_t kBlock = 32;  // slots that are searched at once, beyond t
 constexpr std::uint32_t kSupportPoints = 3;  // of a wall in one column
 constexpr std::size_t kTopColumns = 4;       // that reach the ceiling make a wall of a stretch
 constexpr double kTopShare = 0.2;
-constexpr std::size_t kTallColumns = 2;  // that reach out of the view, at least: as high as a wall
+constexpr std::size_t kFootColumns = 12;  // to either side of those that see a wall: its foot
+constexpr std::size_t kTallColumns = 2;   // that reach out of the view, at least: as high as a wall
 
 /// Slots of the distances that lines of all normals through a place have.
 template <std::size_t kAngles>
@@ -377,6 +378,13 @@ void WallSupport::markFull(std::size_t line, const UpwardView& view) {
       full_[line * columns_ + *c] = 1;
     }
   }
+}
+
+bool WallSupport::isSeenNear(std::size_t line, std::size_t column) const {
+  for (std::size_t k = 0; k <= 2 * kFootColumns; ++k) {
+    if (seen(line)[(column + columns_ + k - kFootColumns) % columns_] != 0) return true;
+  }
+  return false;
 }
 
 void WallSupport::markTall(std::size_t line, const UpwardView& view) {

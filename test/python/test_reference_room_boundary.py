@@ -344,6 +344,18 @@ def test_floor_is_measured_wherever_nothing_is_known_to_bound_it():
     assert (room.labels[-3:] == Label.GROUND).tolist() == [True, True, False]
 
 
+def test_a_wall_has_a_foot_only_where_it_is_seen_near_by():
+    """A partition x = 1 from y = 1 to the wall: its line goes on across the floor."""
+    xyz = room_scan().xyz.astype(np.float64)
+    at = xyz[:, 1] / np.where(xyz[:, 0] > 1.0, xyz[:, 0], np.inf)
+    xyz[at > 1.0] /= xyz[at > 1.0, :1]
+    found = reconstruct(room_scan()._replace(xyz=xyz.astype(np.float32)))
+    x, y, z = xyz.T
+    on = (np.abs(x - 1.0) < 0.03) & (z < -0.69)
+    assert found.room.at_wall[on & (y > 1.0)].all()
+    assert not found.room.at_wall[on & (np.abs(y) < 0.5)].any()
+
+
 def test_smoke_near_the_sensor_bounds_nothing():
     smoke = rooms.smoke_ball(8000, seed=4)
     weak = smoke._replace(intensity=np.full(8000, 2.0, np.float32))

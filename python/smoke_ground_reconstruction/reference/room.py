@@ -136,7 +136,7 @@ class Room:
         )
         self.lines = find_lines(self.posts)
         support = line_support(self.returns, self.lines, directions, self.view)
-        self.at_wall = self._at_a_wall()
+        self.at_wall = self._at_a_wall(support)
         floor = self.is_low & ~self.at_wall
         # A riser has floor at its foot.
         riser = ~self.is_soft & self.relief.is_riser(self.xyz[:, :2], self.height)
@@ -191,11 +191,13 @@ class Room:
         highest = 2 * _SLOPE_SLOTS - int(np.argmax(above > above[-1] // _STEEPER))
         return (highest - _SLOPE_SLOTS) / _SLOTS_PER_SLOPE
 
-    def _at_a_wall(self):
+    def _at_a_wall(self, support):
+        """Low returns on the line of a wall that is seen in a column near by."""
         near = np.zeros(len(self.xyz), bool)
         if len(self.lines.rho) > 0:
             low = np.flatnonzero(self.is_low)
-            near[low] = self.lines.distances(self.xyz[low, :2]).min(axis=0) < _WALL_FOOT
+            on = self.lines.distances(self.xyz[low, :2]) < _WALL_FOOT
+            near[low] = (on & support.seen_near()[:, self.column[low]]).any(axis=0)
         return near
 
     def farthest(self, which, beside=2, rank=3):

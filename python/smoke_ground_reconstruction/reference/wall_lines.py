@@ -20,6 +20,7 @@ _NEAREST = 0.2  # planar range [m]
 _MOST_LINES = 40
 _SUPPORT_POINTS = 3  # of a wall in one column
 _TOP_COLUMNS, _TOP_SHARE = 4, 0.2  # that reach the ceiling make a wall of a stretch
+_FOOT_COLUMNS = 12  # to either side of those that see a wall its foot goes on
 _TALL_COLUMNS = 2  # that reach out of the view, at least, has what is as high as a wall
 BREAK = 4  # columns without a return of a wall divide it
 
@@ -147,6 +148,11 @@ class Support:
         """Between the normals of two walls."""
         (ax, ay), (bx, by) = self.normals[a], self.normals[b]
         return ax * bx + ay * by
+
+    def seen_near(self):
+        """(L, columns) bool: is a wall seen in a column or in some to either side?"""
+        shifts = range(-_FOOT_COLUMNS, _FOOT_COLUMNS + 1)
+        return np.any([np.roll(self.seen, k, axis=1) for k in shifts], axis=0)
 
 
 @dataclass(frozen=True)
