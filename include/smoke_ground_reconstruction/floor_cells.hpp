@@ -55,6 +55,8 @@ class LevelCells {
   /// The same of a cell with few returns, together with those around it.
   bool isLevelAround(double x, double y) const;
   bool isFloor(double x, double y) const;
+  /// The same of a cell with few returns, together with those around it.
+  bool isFloorAround(double x, double y) const;
 
  private:
   template <typename Number>
@@ -69,6 +71,7 @@ class LevelCells {
   static void count(double height, double half, Band* band);
   template <typename Number>
   static bool isMedianIn(const BandOf<Number>& band, Number all);
+  bool isMedianAround(double x, double y, std::uint16_t few, Band Counts::*of) const;
   const Counts* find(double x, double y, std::uint16_t least) const;
 
   CellGrid grid_;

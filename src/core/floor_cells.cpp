@@ -98,8 +98,18 @@ bool LevelCells::isLevel(double x, double y) const {
 }
 
 bool LevelCells::isLevelAround(double x, double y) const {
+  return isMedianAround(x, y, kLevelPoints, &Counts::level);
+}
+
+bool LevelCells::isFloorAround(double x, double y) const {
+  return isMedianAround(x, y, kFloorPoints, &Counts::floor);
+}
+
+/// Does the median of a cell with fewer returns than so many lie in a band, and that of it and the
+/// cells around?
+bool LevelCells::isMedianAround(double x, double y, std::uint16_t few, Band Counts::*of) const {
   const Counts* own = find(x, y, 1);
-  if (own == nullptr || own->all >= kLevelPoints || !isMedianIn(own->level, own->all)) return false;
+  if (own == nullptr || own->all >= few || !isMedianIn(own->*of, own->all)) return false;
   const auto at = static_cast<int>(own - counts_.data());
   BandOf<std::uint32_t> band;
   std::uint32_t all = 0;
@@ -109,8 +119,8 @@ bool LevelCells::isLevelAround(double x, double y) const {
          ++row) {
       const Counts& counts = counts_[static_cast<std::size_t>(column * kAcross + row)];
       all += counts.all;
-      band.below_top += counts.level.below_top;
-      band.below_bottom += counts.level.below_bottom;
+      band.below_top += (counts.*of).below_top;
+      band.below_bottom += (counts.*of).below_bottom;
     }
   }
   return all >= kLevelPoints && isMedianIn(band, all);

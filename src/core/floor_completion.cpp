@@ -126,10 +126,12 @@ bool FloorCompletion::isMeasured(const Room& room, std::uint32_t low) const {
   const double planar = room.planar(low);
   if (room.drops().hides(c, planar)) return false;
   if (planar <= claim_.limit[c]) return room.pastWall(low) <= -kAtWall;
-  // Where nothing is known to bound the floor a cell of it will do, behind an opening a level one.
+  // Where nothing is known to bound the floor a cell of it will do, and behind single posts, mostly
+  // of furniture; behind an opening a level one.
   if (room.profile().distance[c] == 0.0) return room.isFloorCell(low);
   // The foot of a house over the way is no floor of this one.
-  return planar > claim_.limit[c] + Room::kBeyond && !room.isAtWall(low) && room.goesOnLevel(low);
+  if (!(planar > claim_.limit[c] + Room::kBeyond) || room.isAtWall(low)) return false;
+  return room.goesOnLevel(low) || (room.profile().line[c] < 0 && room.isFloorCell(low));
 }
 
 /// Past a limit the floor goes on up to what is measured.

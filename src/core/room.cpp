@@ -322,7 +322,8 @@ bool Room::goesOnLevel(std::size_t i) const {
 
 bool Room::isFloorCell(std::size_t i) const {
   if (!has_level_cells_) fillLevelCells();
-  return level_cells_.isFloor(points().x[i], points().y[i]);
+  const double x = points().x[i], y = points().y[i];
+  return level_cells_.isFloor(x, y) || (level_cells_.isFloorAround(x, y) && !isAtPost(i));
 }
 
 void Room::fillLevelCells() const {

@@ -332,16 +332,31 @@ def test_half_a_room_without_walls_stays_unknown():
     assert 1.3 < np.hypot(claimed[:, 0], claimed[:, 1]).max() <= 1.5
 
 
-def test_floor_is_measured_wherever_nothing_is_known_to_bound_it():
-    """Smoke hides the walls of a sector, and the floor but for two returns of one cell, and a lone
-    one, past what the columns show otherwise."""
+def hazy_sector(*more):
+    """Is floor what more (N, 3) was seen in a sector of a room that smoke hides from 1.2 m on?"""
     view = without_walls(room_scan(), 10.0, 130.0)
     azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0])) % 360.0
     planar = np.hypot(view.xyz[:, 0], view.xyz[:, 1])
     view = view.select(~((azimuth > 10.0) & (azimuth < 130.0) & (planar > 1.2)))
-    lone = rooms.view_of([(1.5, 1.5, -0.7), (1.52, 1.52, -0.7), (2.1, 1.1, -0.7)], 15.0, 20)
-    room = reconstruct(rooms.joined(view, lone))
-    assert (room.labels[-3:] == Label.GROUND).tolist() == [True, True, False]
+    room = reconstruct(rooms.joined(view, rooms.view_of(more, 15.0, 20)))
+    return room.labels[-len(more) :] == Label.GROUND
+
+
+def test_floor_is_measured_wherever_nothing_is_known_to_bound_it():
+    pair = [(1.5, 1.5, -0.7), (1.52, 1.52, -0.7)]  # of one cell
+    assert hazy_sector(*pair, (2.1, 1.1, -0.7)).tolist() == [True, True, False]
+
+
+def test_a_lone_return_is_floor_if_the_cells_around_it_are():
+    pair = [(1.5, 1.5, -0.7), (1.52, 1.52, -0.7)]
+    assert hazy_sector(*pair, (1.7, 1.5, -0.7), (1.5, 1.9, -0.7)).tolist() == [True] * 3 + [False]
+    assert not hazy_sector(*pair, (1.7, 1.5, -0.64))[-1]
+
+
+def test_floor_behind_single_posts_need_not_be_as_level_as_through_an_opening():
+    chair = [(1.5, 1.2 + 0.01 * i, -0.5 + 0.05 * k) for i in range(60) for k in range(10)]
+    around = [(1.5 * f, 1.5 * f, -0.685) for f in (1.5, 1.505)]  # 15 mm above the plane
+    assert hazy_sector(*chair, *around)[-2:].all()
 
 
 def test_a_wall_has_a_foot_only_where_it_is_seen_near_by():
@@ -753,8 +768,8 @@ def test_a_facade_behind_a_window_whose_top_is_out_of_view_bounds_no_floor():
 
 
 def between_desks(height):
-    """What a sensor that looks up by 15 deg at most claims ahead, where the wall x = 6 shows between
-    two things of a height, in line at x = 2.4 and 1 m apart, and smoke hides all else behind them."""
+    """What a sensor that looks up by 15 deg at most claims ahead: the wall x = 6 shows between two
+    things of a height, in line at x = 2.4 and 1 m apart; smoke hides all else behind them."""
     view = rooms.box_room((6.0, 3.0, -3.4, -3.0), 1.9, -0.7, np.linspace(-25.0, 15.0, 40), 0.4)[0]
     xyz = view.xyz.astype(np.float64)
     x, y, z = xyz.T

@@ -82,8 +82,11 @@ def _measured(room, limit):
     behind = ~is_open & (room.planar > limit[room.column] + BEYOND)
     measured = level & before
     # The foot of a house over the way is no floor of this one.
-    measured |= level & behind & ~room.at_wall & room.goes_on_level()
-    measured |= level & is_open & room.is_floor_cell()
+    beyond = behind & ~room.at_wall
+    measured |= level & beyond & room.goes_on_level()
+    # Behind single posts, mostly of furniture, floor need not be as level as through an opening.
+    is_vague = is_open | (beyond & (room.profile.line[room.column] < 0))
+    measured |= level & is_vague & room.is_floor_cell()
     return measured
 
 

@@ -257,10 +257,15 @@ class Room:
         The median of its low returns decides. Where they are few, that of the cells around it does,
         too, and no post may stand there: one ring on a far wall is as level.
         """
+        return self._have_cells_near(_LEVEL_SHARE * self.tolerance, _OPENING_POINTS)
+
+    def _have_cells_near(self, half, points):
+        """Whose (N,) returns' cells have medians so near to the plane [m]? Cells of fewer returns
+        than `points` together with those around them, which have three."""
         low = self._level_band()
         cell = cell_keys(self.xyz, _OPENING_CELL)
         cells, at = np.unique(cell[low], return_inverse=True)
-        height, half = self.height[low], _LEVEL_SHARE * self.tolerance
+        height = self.height[low]
         below = np.ones(len(low), bool), height < half, height <= -half
         own = np.array([np.bincount(at[which], minlength=len(cells)) for which in below])
         around = np.zeros_like(own)
@@ -268,7 +273,7 @@ class Room:
             beside = cells + cell_numbers(np.array([step]) - 1)
             place = np.minimum(np.searchsorted(cells, beside), len(cells) - 1)
             around += np.where(cells[place] == beside, own[:, place], 0)
-        is_level, many = _is_median_between(*own), own[0] >= _OPENING_POINTS
+        is_level, many = _is_median_between(*own), own[0] >= points
         around_too = (around[0] >= _OPENING_POINTS) & _is_median_between(*around)
         found = np.isin(cell, cells[is_level & many])
         few = np.flatnonzero(np.isin(cell, cells[is_level & ~many & around_too]))
@@ -281,14 +286,8 @@ class Room:
         return np.flatnonzero(low & (self.planar < self.params.max_range))
 
     def is_floor_cell(self):
-        """Is a return's cell one of floor?"""
-        low = self._level_band()
-        cell = cell_keys(self.xyz, _OPENING_CELL)
-        order = low[np.lexsort((self.height[low], cell[low]))]
-        cells, begin, count = np.unique(cell[order], return_index=True, return_counts=True)
-        median = self.height[order[begin + count // 2]]
-        good = (np.abs(median) < self.tolerance) & (count >= _FLOOR_POINTS)
-        return np.isin(cell, cells[good])
+        """Is a return's cell one of floor? That of a lone one is if those around it are."""
+        return self._have_cells_near(self.tolerance, _FLOOR_POINTS)
 
     def past_wall(self):
         """How far (N,) returns lie beyond the line of their column's boundary [m].
