@@ -538,8 +538,11 @@ void WindowCounter::findOutsiders(const std::vector<std::uint32_t>& points, cons
                                   std::vector<std::uint32_t>* outsiders) const {
   outsiders->clear();
   Recycled<Answer> answers;
-  answers.assign(bucket_begin_.back(), Answer::kInside);
-  for (const std::uint32_t i : points) answers[place_[i]] = Answer::kAsked;
+  const bool are_all = points.size() == bucket_begin_.back() - kPadding;
+  answers.assign(bucket_begin_.back(), are_all ? Answer::kAsked : Answer::kInside);
+  for (std::size_t k = 0; !are_all && k < points.size(); ++k) {
+    answers[place_[points[k]]] = Answer::kAsked;
+  }
   answerBeside(crowd, &answers);
   answerAsked(crowd, &answers);
   const auto is_outside = [&](std::uint32_t i) {
