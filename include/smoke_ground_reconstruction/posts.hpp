@@ -110,8 +110,10 @@ class CeilingFinder {
   bool isWide() const;
 
   std::vector<float> nearest_, farthest_;  // of the level, by column
-  std::vector<std::uint32_t> high_;        // returns that are high enough to be ceiling
-  std::vector<int> slot_;                  // of each of these
+  std::vector<float> height_;              // of a sample
+  std::vector<std::uint8_t> is_high_;
+  std::vector<std::uint32_t> high_;  // returns that are high enough to be ceiling
+  std::vector<int> slot_;            // of each of these
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -71,8 +71,10 @@ class RoomBoundary {
   Points off_posts_;       // of the latter, what stands where no post does
   std::vector<float> intensity_;
   std::array<Room, 2> rooms_;
-  std::vector<std::uint32_t> bin_;  // columns in the level frame
-  Points wedges_;                   // some of the returns
+  std::vector<std::uint32_t> bin_;         // columns in the level frame
+  std::vector<std::uint8_t> is_in_wedge_;  // per return
+  std::vector<std::uint32_t> wedge_;       // some of the returns
+  Points wedges_;
   std::vector<float> wedge_intensity_;
   FloorCompletion completion_;
   VisibilityEstimator visibility_;

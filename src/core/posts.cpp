@@ -8,6 +8,7 @@
 
 #include "multiversion.hpp"
 #include "ordered.hpp"
+#include "point_loops.hpp"
 #include "sample.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -32,10 +33,19 @@ constexpr float kNone = std::numeric_limits<float>::infinity();
 // A slot below the lowest and one above the highest stay empty.
 using Votes = std::array<double, kSlots + 2>;
 
-/// -1 outside.
-int ceilingSlot(float height) {
-  const double at = (static_cast<double>(height) - CeilingFinder::kLowest) * kSlotsPerMetre;
-  return at >= 0.0 && at < kSlots ? static_cast<int>(at) : -1;
+double ceilingPlace(float height) {
+  return (static_cast<double>(height) - CeilingFinder::kLowest) * kSlotsPerMetre;
+}
+
+int ceilingSlot(float height) { return static_cast<int>(ceilingPlace(height)); }
+
+/// Which heights have a slot.
+SMOKE_GROUND_MULTIVERSION
+void markHigh(const float* height, std::size_t size, std::uint8_t* is_high) {
+  for (std::size_t k = 0; k < size; ++k) {
+    const double at = ceilingPlace(height[k]);
+    is_high[k] = (at >= 0.0) & (at < kSlots) ? 1 : 0;
+  }
 }
 
 /// Which of some keys in ascending order have kPostPoints others near, themselves counted.
@@ -267,17 +277,17 @@ double CeilingFinder::findAmong(const UprightReturns& returns, const Sample& sam
 
 /// Returns of a sample that are high enough to be ceiling.
 void CeilingFinder::collectHigh(const UprightReturns& returns, const Sample& sample) {
-  high_.resize(sample.size());
-  slot_.resize(sample.size());
-  std::size_t count = 0;
-  for (std::size_t k = 0; k < sample.size(); ++k) {
-    const auto i = static_cast<std::uint32_t>(sample[k]);
-    const int slot = ceilingSlot(returns.height[i]);
-    high_[count] = i;
-    slot_[count] = slot;
-    count += slot >= 0 ? 1U : 0U;
+  const std::size_t size = sample.size();
+  height_.resize(size);
+  is_high_.resize(size);
+  for (std::size_t k = 0; k < size; ++k) height_[k] = returns.height[sample[k]];
+  markHigh(height_.data(), size, is_high_.data());
+  listWhere(is_high_, 1, 1, &high_);
+  slot_.resize(high_.size());
+  for (std::size_t k = 0; k < high_.size(); ++k) {
+    slot_[k] = ceilingSlot(height_[high_[k]]);
+    high_[k] = static_cast<std::uint32_t>(sample[high_[k]]);
   }
-  high_.resize(count);
 }
 
 /// Do a share of the columns show the level over some width?

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 
 #include "ordered.hpp"
 #include "point_loops.hpp"
@@ -15,6 +16,12 @@ constexpr double kColumnDeg = 0.4;
 constexpr std::uint32_t kWedgeColumns = 15;  // of a wedge that tells which frame is upright
 constexpr std::uint32_t kWedges = 12;        // one in so many does
 constexpr std::size_t kWedgeReturns = 500;   // in posts, at least, tell
+
+void markWedges(const std::uint32_t* column, std::size_t size, std::uint8_t* is_in_wedge) {
+  for (std::size_t i = 0; i < size; ++i) {
+    is_in_wedge[i] = column[i] / kWedgeColumns % kWedges == 0 ? 1 : 0;
+  }
+}
 
 }  // namespace
 
@@ -100,37 +107,42 @@ Room& RoomBoundary::findFloor(const Mounting& mounting, FloorModel* floor) {
 }
 
 /// The room in whichever frame stands its walls upright: the level one or the floor's. Some wedges
-/// of it tell, if enough of their returns stand in posts.
+/// of it tell, if enough of their returns stand in posts. One room sees wedges, the other whole
+/// scans: memory that grows has to be cleared.
 Room& RoomBoundary::look(const FloorModel& floor) {
+  Room& whole = rooms_[0];
   const auto levelling = levellingRotation(floor.plane);
   if (!levelling) {
-    rooms_[0].look(level_, intensity_, floor, kIdentity, params_);
-    return rooms_[0];
+    whole.look(level_, intensity_, floor, kIdentity, params_);
+    return whole;
   }
   const std::array<Matrix3, 2> frames = {kIdentity, *levelling};
-  const auto standing = [&](const Points& points, const std::vector<float>& intensity) {
-    for (std::size_t k = 0; k < 2; ++k) {
-      rooms_[k].look(points, intensity, floor, frames[k], params_);
-    }
-    return std::array<std::size_t, 2>{rooms_[0].postReturns(), rooms_[1].postReturns()};
-  };
   pickWedges();
-  auto found = standing(wedges_, wedge_intensity_);
-  const bool is_told = std::max(found[0], found[1]) >= kWedgeReturns;
-  if (!is_told) found = standing(level_, intensity_);
-  const std::size_t upright = found[1] > found[0] ? 1 : 0;
-  if (is_told) rooms_[upright].look(level_, intensity_, floor, frames[upright], params_);
-  return rooms_[upright];
+  std::array<std::size_t, 2> found{};
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    rooms_[1].look(wedges_, wedge_intensity_, floor, frames[k], params_);
+    found[k] = rooms_[1].postReturns();
+  }
+  if (std::max(found[0], found[1]) >= kWedgeReturns) {
+    whole.look(level_, intensity_, floor, frames[found[1] > found[0] ? 1 : 0], params_);
+    return whole;
+  }
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    rooms_[k].look(level_, intensity_, floor, frames[k], params_);
+  }
+  return rooms_[rooms_[1].postReturns() > rooms_[0].postReturns() ? 1 : 0];
 }
 
 /// A twelfth of the returns, in five directions.
 void RoomBoundary::pickWedges() {
   bin_.resize(level_.size());
   bins_.indices(level_.x.data(), level_.y.data(), level_.size(), bin_.data());
+  is_in_wedge_.resize(level_.size());
+  markWedges(bin_.data(), bin_.size(), is_in_wedge_.data());
+  listWhere(is_in_wedge_, 1, 1, &wedge_);
   wedges_.clear();
   wedge_intensity_.clear();
-  for (std::size_t i = 0; i < level_.size(); ++i) {
-    if (bin_[i] / kWedgeColumns % kWedges != 0) continue;
+  for (const std::uint32_t i : wedge_) {
     wedges_.push(level_.x[i], level_.y[i], level_.z[i]);
     wedge_intensity_.push_back(intensity_[i]);
   }
