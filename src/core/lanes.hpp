@@ -17,6 +17,7 @@ constexpr std::uint32_t kLanes = 8;
 using Floats = float __attribute__((vector_size(4 * kLanes)));
 using Ints =
     std::int32_t __attribute__((vector_size(4 * kLanes)));  ///< -1 where a comparison holds
+using Shorts = std::int16_t __attribute__((vector_size(2 * kLanes)));
 using Bytes = std::int8_t __attribute__((vector_size(kLanes)));
 
 /// What SSE and NEON work on at once; of any processor.
@@ -54,6 +55,11 @@ SMOKE_GROUND_PART bool isNone(const Ints& lanes) {
   std::uint64_t any = 0;
   for (const std::uint64_t part : bits) any |= part;
   return any == 0;
+}
+
+/// In two steps, for which processors have instructions.
+SMOKE_GROUND_PART Bytes bytesOf(const Ints& lanes) {
+  return __builtin_convertvector(__builtin_convertvector(lanes, Shorts), Bytes);
 }
 
 SMOKE_GROUND_PART Floats magnitudeOf(const Floats& lanes) {

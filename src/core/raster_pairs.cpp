@@ -45,7 +45,7 @@ SMOKE_GROUND_PART Ints judgeColumns(const ScanRaster& raster, std::size_t first,
     const Ints verdict =
         screens.judge(is_downwards ? roughPairs(now, last) : roughPairs(last, now)) & is_pair;
     all |= verdict;
-    const Bytes said = __builtin_convertvector(verdict, Bytes);
+    const Bytes said = bytesOf(verdict);
     std::memcpy(says + at, &said, sizeof(said));
     last = merged(is_taken, now, last);
   }
@@ -140,8 +140,8 @@ SMOKE_GROUND_PART Ints judgeLayers(const ScanRaster& raster, std::size_t first, 
     const TwoVerdicts verdicts =
         is_downwards ? judgeRows(now, last, true, screens) : judgeRows(last, now, false, screens);
     all |= verdicts.a | verdicts.b;
-    const Bytes said_a = __builtin_convertvector(verdicts.a, Bytes);
-    const Bytes said_b = __builtin_convertvector(verdicts.b, Bytes);
+    const Bytes said_a = bytesOf(verdicts.a);
+    const Bytes said_b = bytesOf(verdicts.b);
     std::memcpy(says + at, &said_a, sizeof(said_a));
     std::memcpy(says + second, &said_b, sizeof(said_b));
     const Ints is_taken = now.a.x == now.a.x;
