@@ -171,7 +171,7 @@ void FloorConfidence::Columns::set(std::size_t c, const Column& column) {
       {column.end - kRim, column.seen, column.posts - kPost, column.drop_begin - kDropRim});
 }
 
-double FloorConfidence::Column::logit(double range) const {
+SMOKE_GROUND_PART double FloorConfidence::Column::logit(double range) const {
   const double margin = end - range;
   const double near_end = hinge(margin, 0.1);
   const double past_seen = atMost(notNegative(range - seen), kFarthestBeyond);
@@ -190,19 +190,33 @@ double FloorConfidence::Column::logit(double range) const {
 SMOKE_GROUND_MULTIVERSION
 void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column,
                            const double* planar, std::size_t size, float* confidence) {
-  // Far from all that ends a column only this much of the model is left.
+  constexpr std::size_t kAtOnce = 32;  // points
+  constexpr int kFew = 8;
   const double* const constant = columns.constant.data();
   const double* const end = columns.end.data();
-  for (std::size_t i = 0; i < size; ++i) {
-    const std::size_t c = column[i];
-    const double far = atMost(planar[i], kFarthestPlanar) / kFarthestPlanar;
-    const double rim = kWeights[kRim2000] * hinge(end[c] - planar[i], 2.0);
-    confidence[i] = static_cast<float>((constant[c] + rim) + far * kWeights[kFar]);
-  }
   const double* const plain = columns.plain.data();
-  for (std::size_t i = 0; i < size; ++i) {
-    if (planar[i] < plain[column[i]]) continue;
-    confidence[i] = static_cast<float>(columns.all[column[i]].logit(planar[i]));
+  const Column* const all = columns.all.data();
+  for (std::size_t begin = 0; begin < size; begin += kAtOnce) {
+    const std::size_t last = std::min(size, begin + kAtOnce);
+    int others = 0;
+    for (std::size_t i = begin; i < last; ++i) others += planar[i] < plain[column[i]] ? 0 : 1;
+    if (others > kFew) {  // vectors of them are faster
+      for (std::size_t i = begin; i < last; ++i) {
+        confidence[i] = static_cast<float>(all[column[i]].logit(planar[i]));
+      }
+      continue;
+    }
+    // Far from all that ends a column only this much of the model is left.
+    for (std::size_t i = begin; i < last; ++i) {
+      const std::size_t c = column[i];
+      const double far = atMost(planar[i], kFarthestPlanar) / kFarthestPlanar;
+      const double rim = kWeights[kRim2000] * hinge(end[c] - planar[i], 2.0);
+      confidence[i] = static_cast<float>((constant[c] + rim) + far * kWeights[kFar]);
+    }
+    for (std::size_t i = begin; others > 0 && i < last; ++i) {
+      if (planar[i] < plain[column[i]]) continue;
+      confidence[i] = static_cast<float>(all[column[i]].logit(planar[i]));
+    }
   }
   for (std::size_t i = 0; i < size; ++i) confidence[i] = logistic(confidence[i]);
 }
