@@ -18,8 +18,7 @@ namespace smoke_ground_reconstruction {
 struct SensedReturns {
   const Points& points;  ///< in the sensor frame
   const std::vector<float>& intensity;
-  const std::vector<std::uint32_t>& index;  ///< of each in the scan
-  StridedField<std::uint16_t> ring;         ///< of the scan's points
+  const std::vector<std::uint16_t>& ring;
 };
 
 /// What of the floor is claimed.

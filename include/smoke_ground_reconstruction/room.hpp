@@ -109,6 +109,7 @@ class Room {
   /// Height of a place on the plane [m].
   double floorAt(double x, double y) const { return (plane_[0] * x + plane_[1] * y) + plane_[2]; }
   std::size_t column(std::size_t i) const { return returns_.column[i]; }
+  const std::vector<std::uint16_t>& columns() const { return returns_.column; }
   float planar(std::size_t i) const { return returns_.planar[i]; }
   float height(std::size_t i) const { return returns_.height[i]; }
   /// Returns on the floor or where its relief carries them, in order.

@@ -70,6 +70,7 @@ class RoomBoundary {
   Points sensed_, level_;  // in the sensor's frame, where that is not level, and in the level one
   Points off_posts_;       // of the latter, what stands where no post does
   std::vector<float> intensity_;
+  std::vector<std::uint16_t> ring_;
   std::array<Room, 2> rooms_;
   std::vector<std::uint32_t> bin_;         // columns in the level frame
   std::vector<std::uint8_t> is_in_wedge_;  // per return

@@ -28,7 +28,7 @@ struct WallLight {
   std::vector<double> cosine;      ///< of the angle of incidence
 
   std::size_t size() const { return wall.size(); }
-  void clear();
+  void resize(std::size_t size);
   void push(std::int32_t of_wall, double at_range, double of_intensity, double of_cosine);
 };
 

@@ -359,9 +359,8 @@ void FloorCompletion::placeMeasured(const SensedReturns& sensed, const FloorMode
     surface->y[n] = points.y[i];
     surface->z[n] = points.z[i];
     surface->intensity[n] = sensed.intensity[i];
+    surface->ring[n] = sensed.ring[i];
   }
-  const auto rings = sensed.ring;
-  for (std::size_t n = 0; n < size; ++n) surface->ring[n] = rings[sensed.index[measured[n]]];
   std::fill_n(surface->provenance.begin(), size, Provenance::kMeasured);
   tellMeasuredSigma(floor, surface->sigma.data());
   confidence_.measured(column_.data(), planar_.data(), size, surface->confidence.data());

@@ -112,6 +112,7 @@ std::size_t takeEach(const ScanView& scan, std::size_t begin, std::size_t end, s
     const float y = to.y[count] = scan.y[i];
     const float z = to.z[count] = scan.z[i];
     to.intensity[count] = scan.intensity[i];
+    to.ring[count] = scan.ring[i];
     to.index[count] = static_cast<std::uint32_t>(i);
     count += isReturn(x, y, z) ? 1U : 0U;
   }
@@ -123,6 +124,7 @@ std::size_t takeEach(const ScanView& scan, std::size_t begin, std::size_t end, s
 std::size_t takeReturns(const ScanView& scan, const TakenReturns& to) {
   const ScanView from = scan;  // which nothing that is written can be part of
   if (!isPacked(from)) return takeEach(from, 0, from.size, 0, to);
+  const std::ptrdiff_t stride = from.ring.stride();
   std::size_t count = 0, i = 0;
   for (; i + kFour <= from.size; i += kFour) {
     const auto [x, y, z, intensity] = fourPoints(from, i);
@@ -137,6 +139,10 @@ std::size_t takeReturns(const ScanView& scan, const TakenReturns& to) {
     std::memcpy(to.z + count, &z, sizeof(z));
     std::memcpy(to.intensity + count, &intensity, sizeof(intensity));
     std::memcpy(to.index + count, &index, sizeof(index));
+    const unsigned char* const ring = from.ring.data() + static_cast<std::ptrdiff_t>(i) * stride;
+    for (std::ptrdiff_t k = 0; k < 4; ++k) {
+      std::memcpy(to.ring + count + k, ring + k * stride, sizeof(*to.ring));
+    }
     count += kFour;
   }
   return takeEach(from, i, from.size, count, to);

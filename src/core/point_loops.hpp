@@ -21,6 +21,7 @@ struct PointArrays {
 /// Where the returns of a scan are put, one array each.
 struct TakenReturns {
   float *x, *y, *z, *intensity;
+  std::uint16_t* ring;
   std::uint32_t* index;  ///< in the scan
 };
 

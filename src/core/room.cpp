@@ -471,18 +471,20 @@ void Room::findOnWalls() {
 }
 
 Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstimator* estimator) {
-  wall_light_.clear();
   const std::size_t stride = std::max<std::size_t>(1, on_walls_.size() / kWallLights);
-  for (std::size_t k = 0; k < on_walls_.size(); k += stride) {
-    const std::uint32_t i = on_walls_[k];
+  wall_light_.resize((on_walls_.size() + stride - 1) / stride);
+  for (std::size_t n = 0; n < wall_light_.size(); ++n) {
+    const std::uint32_t i = on_walls_[n * stride];
     const std::int32_t line = profile_.line[column(i)];
     const auto l = static_cast<std::size_t>(line);
     const double x = points().x[i];
     const double y = points().y[i];
     const double z = points().z[i];
     const double range = std::sqrt((x * x + y * y) + z * z);
-    const double cosine = std::fabs(lines_.nx[l] * x + lines_.ny[l] * y) / range;
-    wall_light_.push(line, range, intensity[i], cosine);
+    wall_light_.wall[n] = line;
+    wall_light_.range[n] = range;
+    wall_light_.intensity[n] = intensity[i];
+    wall_light_.cosine[n] = std::fabs(lines_.nx[l] * x + lines_.ny[l] * y) / range;
   }
   return estimator->estimate(wall_light_);
 }

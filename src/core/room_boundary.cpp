@@ -63,9 +63,9 @@ void RoomBoundary::reconstruct(const ScanView& scan, const SensorModel& sensor,
   room.findWalls(directions_);
   const FloorClaim& claim = completion_.claim(room);
   completion_.draw(&room, sensor, mounting);
-  const SensedReturns sensed{mounting.isLevel() ? level_ : sensed_, intensity_, valid_, scan.ring};
+  const SensedReturns sensed{mounting.isLevel() ? level_ : sensed_, intensity_, ring_};
   completion_.merge(sensed, &room, sensor, mounting, result->floor, &result->surface);
-  result->labels.assign(scan.size, Label::kInvalid);
+  result->labels.resize(scan.size);
   label(room, claim, &result->labels);
   result->profile = room.profile();
   result->drops = room.drops();
@@ -77,8 +77,9 @@ void RoomBoundary::takeIn(const ScanView& scan, const Mounting& mounting) {
   Points& taken = mounting.isLevel() ? level_ : sensed_;
   for (auto* values : {&taken.x, &taken.y, &taken.z, &intensity_}) values->resize(scan.size);
   valid_.resize(scan.size);
-  const std::size_t count = takeReturns(
-      scan, {taken.x.data(), taken.y.data(), taken.z.data(), intensity_.data(), valid_.data()});
+  ring_.resize(scan.size);
+  const std::size_t count = takeReturns(scan, {taken.x.data(), taken.y.data(), taken.z.data(),
+                                               intensity_.data(), ring_.data(), valid_.data()});
   for (auto* values : {&taken.x, &taken.y, &taken.z, &intensity_}) values->resize(count);
   valid_.resize(count);
   if (mounting.isLevel()) return;
@@ -150,10 +151,18 @@ void RoomBoundary::pickWedges() {
 
 void RoomBoundary::label(const Room& room, const FloorClaim& claim,
                          std::vector<Label>* labels) const {
+  const auto label_of = [&room](std::size_t k) {
+    constexpr int kKept = static_cast<int>(Label::kKept), kNoise = static_cast<int>(Label::kNoise);
+    return static_cast<Label>(kKept + (kNoise - kKept) * (room.isSoft(k) ? 1 : 0));
+  };
   Label* const label = labels->data();
   const std::uint32_t* const point = valid_.data();
-  for (std::size_t k = 0; k < valid_.size(); ++k) {
-    label[point[k]] = room.isSoft(k) ? Label::kNoise : Label::kKept;
+  const std::size_t size = valid_.size();
+  if (size == labels->size()) {
+    for (std::size_t k = 0; k < size; ++k) label[k] = label_of(k);
+  } else {
+    labels->assign(labels->size(), Label::kInvalid);
+    for (std::size_t k = 0; k < size; ++k) label[point[k]] = label_of(k);
   }
   for (const std::uint32_t k : room.onWalls()) label[point[k]] = Label::kWall;
   for (const std::uint32_t k : claim.measured) label[point[k]] = Label::kGround;

@@ -52,9 +52,9 @@ double Visibility::meteorologicalRange() const {
   return extinction > 0.0 ? std::log(20.0) / extinction : std::numeric_limits<double>::infinity();
 }
 
-void WallLight::clear() {
-  wall.clear();
-  for (auto* values : {&range, &intensity, &cosine}) values->clear();
+void WallLight::resize(std::size_t size) {
+  wall.resize(size);
+  for (auto* values : {&range, &intensity, &cosine}) values->resize(size);
 }
 
 void WallLight::push(std::int32_t of_wall, double at_range, double of_intensity, double of_cosine) {
