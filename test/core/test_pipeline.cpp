@@ -1,12 +1,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <vector>
 
 #include "clouds.hpp"
 #include "smoke_ground_reconstruction/pipeline.hpp"
@@ -176,6 +179,43 @@ TEST(Pipeline, DropsWholeWallsAtThePrintedMaximum) {  // why max_cluster_size 0 
   const auto result = Pipeline(params).process(boxRoom().scan().view());
   EXPECT_EQ(std::count(result.clusters.begin(), result.clusters.end(), kNoCluster),
             static_cast<std::ptrdiff_t>(result.clusters.size()));
+}
+
+TEST(Pipeline, TakesNoReturnsForSuchHoweverPointsArePacked) {
+  constexpr std::size_t kStep = 4 * sizeof(float) + sizeof(std::uint16_t);
+  Cloud cloud = boxRoom().scan();
+  cloud = cloud.select(shuffledIndices(cloud.size() - 1, 3));  // no multiple of four
+  std::vector<bool> is_return(cloud.size(), true);
+  const auto infinity = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 0; i < cloud.size(); i += 3 + i % 5) {  // at every place of four
+    const float bad = std::array<float, 4>{std::nanf(""), infinity, -1e7F, 0.0F}[i % 4];
+    is_return[i] = false;
+    (i % 3 == 0 ? cloud.x : i % 3 == 1 ? cloud.y : cloud.z)[i] = bad;
+    if (bad == 0.0F) cloud.x[i] = cloud.y[i] = cloud.z[i] = 0.0F;
+  }
+  std::vector<unsigned char> packed(cloud.size() * kStep);
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    const std::array<float, 4> fields = {cloud.x[i], cloud.y[i], cloud.z[i], cloud.intensity[i]};
+    std::memcpy(&packed[i * kStep], fields.data(), sizeof(fields));
+    std::memcpy(&packed[i * kStep + sizeof(fields)], &cloud.ring[i], sizeof(std::uint16_t));
+  }
+  ScanView view;
+  view.x = {packed.data(), kStep};
+  view.y = {packed.data() + 4, kStep};
+  view.z = {packed.data() + 8, kStep};
+  view.intensity = {packed.data() + 12, kStep};
+  view.ring = {packed.data() + 16, kStep};
+  view.size = cloud.size();
+
+  PipelineParams params = gridParams();
+  params.reconstructor.method = ReconstructionMethod::kRoomBoundary;
+  const auto side_by_side = Pipeline(params).process(view);
+  const auto apart = Pipeline(params).process(cloud.view());
+  EXPECT_EQ(side_by_side.labels, apart.labels);
+  EXPECT_EQ(sortedPoints(side_by_side.surface), sortedPoints(apart.surface));
+  for (std::size_t i = 0; i < cloud.size(); ++i) {
+    EXPECT_EQ(apart.labels[i] != Label::kInvalid, is_return[i]) << i;
+  }
 }
 
 TEST(Pipeline, RepeatsItself) {
