@@ -158,6 +158,7 @@ class DropOffFinder {
   DropEdgeFinder edge_finder_;
   std::vector<DropEdge> edges_, sure_edges_;
   std::vector<double> sealed_, steady_;  // how far no drop reaches the wall
+  std::vector<double> place_, no_room_;  // where drops are seen, how far none fits before the wall
   FloorSealer sealer_;
   std::vector<std::uint8_t> is_open_;
   std::vector<std::uint8_t> is_taken_, is_explained_;

@@ -19,6 +19,7 @@ constexpr std::ptrdiff_t kSingleColumns = 9;   // that see a drop, though each b
 constexpr double kMirror = 0.15;     // floor so near beyond a crossing: there is no drop [m]
 constexpr double kFarEdge = 0.03;    // behind the first return beyond a drop floor begins [m]
 constexpr double kBeyondEdge = 0.3;  // floor so far beyond an edge: the drop has ended [m]
+constexpr double kNarrowest = 0.5;   // or so near to the wall that there is no room for one [m]
 constexpr std::size_t kWidestSpread = 225;   // columns beside a drop that may belong to it
 constexpr std::size_t kSpreadPastEdge = 40;  // and beyond the last ones of an edge
 constexpr std::size_t kDrawnOnColumns = 25;  // so far an edge of any direction goes on
@@ -51,6 +52,14 @@ void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
   findColumns();
   findEdges(middle, walls);
   followEdges(middle, drops);
+  no_room_.assign(columns, kInfinity);
+  for (std::size_t c = 0; c < feet.distance.size(); ++c) {
+    if (feet.distance[c] > 0.0) no_room_[c] = feet.distance[c] - kNarrowest;
+  }
+  place_ = drops->begin;
+  for (std::size_t c = 0; edges_.empty() && c < columns; ++c) {
+    place_[c] = std::min(columns_.after[c], first_[c]);
+  }
   spread(is_alone_, kWidestSpread, drops);
   spread(is_end_, kSpreadPastEdge, drops);
 }
@@ -331,6 +340,8 @@ void DropOffFinder::tellOne(const DropEdge& edge, double rho, std::size_t column
 }
 
 /// A drop goes on sideways until floor is measured well beyond it: where it ends is not seen.
+/// Beyond the place where it is seen, that is: nearer floor goes on up to there. Where a wall
+/// stands nearer, or leaves no room behind the floor, it ends as well.
 void DropOffFinder::spread(const std::vector<std::uint8_t>& starts, std::size_t widest,
                            DropOffs* drops) const {
   const std::size_t columns = first_.size();
@@ -342,7 +353,11 @@ void DropOffFinder::spread(const std::vector<std::uint8_t>& starts, std::size_t 
         const std::size_t at = (c + step * k) % columns;
         if (is_known_[at] != 0) break;
         const double farthest = std::max(lastAround(at, kNeighbors, kInfinity), sealed_[at]);
-        if (farthest > edge + kBeyondEdge) break;
+        double past = edge + kBeyondEdge;
+        if (k <= kSpreadPastEdge) {
+          past = std::max(past, std::min(place_[c] + kBeyondEdge, no_room_[at]));
+        }
+        if (farthest > past) break;
         edge = std::max(edge, farthest - kEdge);
         drops->begin[at] = std::min(drops->begin[at], edge);
       }

@@ -148,6 +148,19 @@ TEST(DropOffs, SpreadSidewaysNoFartherThanToAWallOfWhichNothingIsBelowTheFloor) 
   EXPECT_LT(drops.begin[890], 2.0);  // the other side is not sealed
 }
 
+TEST(DropOffs, GoOnBehindFloorThatIsNearerThanTheyAreSeen) {
+  Scene scene;
+  scene.addFloor(10, 1.8);
+  scene.addCrossing(10, 4.0);  // nothing else tells of a drop
+  for (std::size_t c = 16; c < 40; ++c) scene.addFloor(c, c < 30 ? 3.0 : 4.4);
+  scene.feet.distance.assign(kColumns, 6.0);
+  const DropOffs drops = scene.find({});
+  EXPECT_NEAR(drops.begin[20], 2.98, 1e-6);  // 2 cm before the farthest floor
+  EXPECT_EQ(drops.begin[35], kInfinity);     // floor 0.3 m beyond the crossing ends it
+  scene.feet.distance.assign(kColumns, 3.4);
+  EXPECT_EQ(scene.find({}).begin[20], kInfinity);  // a wall 0.4 m behind the floor does, too
+}
+
 TEST(FloorSealer, SaysHowNearADropWouldHaveToBegin) {
   Scene scene;
   scene.addFoot(100, 4.0);

@@ -533,6 +533,24 @@ def test_a_drop_stops_short_of_a_wall_that_is_seen_down_to_its_foot():
     assert drops.begin[column_at(-10.0)] < 2.0
 
 
+def test_a_drop_goes_on_behind_floor_that_is_nearer_than_it_is_seen():
+    """One beam fell through the floor 4 m away. Beside it floor is measured 3 m away, farther on
+    4.4 m away; walls stand 6 m away, or 0.4 m behind the floor."""
+    column = np.r_[10, 10, 16:40]
+    planar = np.r_[1.8, 8.0, np.where(np.arange(16, 40) < 30, 3.0, 4.4)]
+    height = np.where(planar == 8.0, -0.7, 0.0)
+    none = np.zeros(0, np.int64), np.zeros(0)
+
+    def begin(wall):
+        feet = WallFeet(*none, np.full(COLUMNS, wall))
+        return find_drop_offs(
+            column, planar, height, height == 0.0, 0.7, DIRECTIONS, feet=feet
+        ).begin
+
+    assert begin(6.0)[20] == pytest.approx(2.98) and begin(6.0)[35] == np.inf
+    assert begin(3.4)[20] == np.inf
+
+
 def test_a_drop_goes_on_past_its_edge_where_smoke_hides_the_floor():
     seen = [0.4 * k for k in range(-15, 16)]
     crossed = [(x, azimuth) for azimuth in seen for x in (3.06, 3.4)]

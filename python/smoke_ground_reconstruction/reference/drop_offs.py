@@ -26,6 +26,7 @@ _SINGLE_COLUMNS = 9  # that see a drop, though each by one return, make an edge 
 _MIRROR = 0.15  # floor so near beyond a crossing: there is no drop [m]
 _FAR_EDGE = 0.03  # and begins so far behind the first return beyond a drop [m]
 _BEYOND_EDGE = 0.3  # floor measured so far beyond an edge shows that the drop ended [m]
+_NARROWEST = 0.5  # or so near to the wall that there is no room for one [m]
 _WIDEST_SPREAD = 225  # columns to either side of a drop without an edge that may belong to it
 _SPREAD_PAST_EDGE = 40  # and beyond the last ones of an edge
 
@@ -98,8 +99,12 @@ def find_drop_offs(
     seen = _Seen(own, first, floor, steadily(sealed))
     alone, known, ends = _along_edges(seen, directions, walls, begin, end, floor_to)
     farthest = np.maximum(floor.farthest(), sealed)
-    _spread(begin, known, alone, _WIDEST_SPREAD, farthest)
-    _spread(begin, known, ends, _SPREAD_PAST_EDGE, farthest)
+    no_room = np.full(columns, np.inf)
+    if feet is not None:
+        no_room = np.where(feet.distance > 0.0, feet.distance - _NARROWEST, np.inf)
+    place = begin.copy() if ends.any() else seen.nearest
+    _spread(begin, known, alone, _WIDEST_SPREAD, farthest, place, no_room)
+    _spread(begin, known, ends, _SPREAD_PAST_EDGE, farthest, place, no_room)
     return DropOffs(begin, end, floor_to)
 
 
@@ -207,6 +212,8 @@ class _Seen:
     ----------
     after : float64
         Nearest crossing of a beam that fell through; columns share it with those beside them [m].
+    nearest : float64
+        The same with what the columns between some that see a drop share with these [m].
     before : float64
         The last floor before it [m].
     witnessed : bool
@@ -221,8 +228,8 @@ class _Seen:
     def __init__(self, own, first, floor, sealed):
         self.after, self.falls = own, np.isfinite(first)
         self.witnessed = np.isfinite(own) & self.falls
-        nearest = np.minimum(own, first)
-        before = np.array([floor.last_around(c, nearest[c]) for c in range(len(own))])
+        self.nearest = np.minimum(own, first)
+        before = np.array([floor.last_around(c, self.nearest[c]) for c in range(len(own))])
         self.before = np.where(self.witnessed, before, np.maximum(before, sealed))
         self.floor, self.sealed = floor, sealed
 
@@ -307,14 +314,21 @@ def _is_close(edge, before, direction):
     return edge.rho / across - _CLOSE < before and before * across < edge.rho + TOLERANCE
 
 
-def _spread(begin, known, starts, widest, farthest):
-    """A drop goes on sideways until floor is measured well beyond it: where it ends is not seen."""
+def _spread(begin, known, starts, widest, farthest, place, no_room):
+    """A drop goes on sideways until floor is measured well beyond it: where it ends is not seen.
+
+    Beyond the `place` where it is seen (columns,), that is: nearer floor only goes on up to there.
+    Where a wall stands nearer, or leaves `no_room` (columns,) behind the floor, it ends as well.
+    """
     for step in (1, -1):
         for c in np.flatnonzero(starts):
             edge = begin[c]
             for k in range(1, widest + 1):
                 at = (c + step * k) % len(begin)
-                if known[at] or farthest[at] > edge + _BEYOND_EDGE:
+                past = edge + _BEYOND_EDGE
+                if k <= _SPREAD_PAST_EDGE:
+                    past = max(past, min(place[c] + _BEYOND_EDGE, no_room[at]))
+                if known[at] or farthest[at] > past:
                     break
                 edge = max(edge, farthest[at] - EDGE)
                 begin[at] = min(begin[at], edge)
