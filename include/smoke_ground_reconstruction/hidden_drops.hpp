@@ -10,31 +10,32 @@ namespace smoke_ground_reconstruction {
 
 /// How far there is floor for certain where smoke may hide a drop.
 ///
-/// A drop is told by what lies below the floor. In smoke so thick that the floor itself is seen but
-/// a few sensor heights away, that is hidden as well. A wall that is seen low down shows that beams
-/// get there, and would have met what lies lower. Where the boundary breaks off, or a drop does,
-/// floor goes on up to such a wall; before it floor is certain no farther than it is measured.
-/// Keeps its buffers. Not in the thesis.
+/// A drop is told by what lies below the floor, a wall behind it by its returns. Where the boundary
+/// breaks off, neither was seen, and a ceiling overhead tells nothing of what lies beneath: floor
+/// is certain no farther than it is measured. So it is beside a gap or a drop, up to a wall that is
+/// seen low down: beams get there, and would have met what lies lower. A gap in which the floor is
+/// measured to rise is a ramp, which leads to something. Keeps its buffers. Not in the thesis.
 class CertainFloor {
  public:
   /// Can a drop be hidden at all? Is to be asked before find().
-  /// \param floor  per column: how far floor is measured in it alone [m]; 0 where it is not.
   /// \param distance  per column: planar range of the boundary [m]; 0 where none is known.
-  bool isInDoubt(const std::vector<double>& floor, const std::vector<double>& distance,
-                 const DropOffs& drops, double sensor_height);
-  /// \param floor, distance, drops  as before.
+  /// \param rises  per column: how far floor is measured that rises over the plane [m]; 0 where
+  ///               none is.
+  bool isInDoubt(const std::vector<double>& distance, const DropOffs& drops,
+                 const std::vector<double>& rises);
+  /// \param floor  per column: how far floor is measured in it alone [m]; 0 where it is not.
   /// \param low_wall  per column: returns of the boundary's walls from low down.
   /// \param certain  per column: how far floor may be claimed [m]; infinite where nothing speaks
   ///                 against it.
-  void find(const std::vector<double>& floor, const std::vector<double>& distance,
-            const DropOffs& drops, const std::vector<std::uint32_t>& low_wall,
-            std::vector<double>* certain);
+  void find(const std::vector<double>& floor, const DropOffs& drops,
+            const std::vector<std::uint32_t>& low_wall, std::vector<double>* certain);
 
  private:
+  void markGaps(const std::vector<double>& distance, const std::vector<double>& rises);
+  void markGap(std::size_t first, std::size_t length, const std::vector<double>& rises);
   void markBeside(const std::vector<std::uint32_t>& low_wall);
 
-  std::vector<std::uint8_t> is_open_, is_doubted_;
-  std::vector<double> reach_;
+  std::vector<std::uint8_t> is_gap_, is_open_, is_doubted_;
 };
 
 }  // namespace smoke_ground_reconstruction

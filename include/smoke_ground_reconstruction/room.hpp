@@ -166,6 +166,7 @@ class Room {
   void addDropReturn(std::size_t i, bool is_floor);
   void findWallFeet();
   void findCertainFloor();
+  void findRising();
   bool isLowOnWall(std::size_t i) const;
   void findWallNormals();
   void findOnWalls();
@@ -207,7 +208,8 @@ class Room {
   WallLight wall_light_;
   CertainFloor certain_finder_;
   std::vector<std::uint32_t> low_wall_;  // returns per column
-  std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_;
+  std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_,
+      rising_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<std::uint32_t> slope_counts_;
   LineWindows windows_;                // of returns at walls

@@ -8,9 +8,8 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kThick = 3.0;          // sensor heights: floor seen no farther leaves drops unseen
-constexpr double kFarthestShare = 0.9;  // of the columns see the floor no farther than it is seen
-constexpr double kOpen = 0.5;  // columns tell how far if their wall stands so far behind it [m]
+constexpr std::size_t kWide = 12;          // columns of a gap in which a drop can hide
+constexpr double kRisingShare = 0.5;       // of the columns of a gap in which a ramp leads on
 constexpr std::size_t kFloorBeside = 12;   // columns to either side that share what they measure
 constexpr double kGoesOn = 0.3;            // floor goes on so far beyond what is measured [m]
 constexpr std::size_t kWallBeside = 2;     // columns that share what they see of the wall
@@ -24,40 +23,63 @@ void around(std::size_t column, std::size_t beside, std::size_t columns, const U
 
 }  // namespace
 
-bool CertainFloor::isInDoubt(const std::vector<double>& floor, const std::vector<double>& distance,
-                             const DropOffs& drops, double sensor_height) {
-  const std::size_t columns = floor.size();
-  is_open_.resize(columns);
-  reach_.clear();
-  bool is_any_open = false;
-  for (std::size_t c = 0; c < columns; ++c) {
-    const bool falls = drops.begin[c] < kInfinity;
-    const bool is_open = distance[c] == 0.0 || falls;
-    is_open_[c] = is_open ? 1 : 0;
-    is_any_open = is_any_open || is_open;
-    // Does smoke, not a wall or a drop, end the floor's view?
-    if (!(floor[c] > 0.0) || falls) continue;
-    if (distance[c] == 0.0 || distance[c] > floor[c] + kOpen) reach_.push_back(floor[c]);
+bool CertainFloor::isInDoubt(const std::vector<double>& distance, const DropOffs& drops,
+                             const std::vector<double>& rises) {
+  markGaps(distance, rises);
+  is_open_ = is_gap_;
+  for (std::size_t c = 0; c < is_open_.size(); ++c) {
+    if (drops.begin[c] < kInfinity) is_open_[c] = 1;
   }
-  if (!is_any_open || reach_.empty()) return false;
-  const auto place = static_cast<std::size_t>(kFarthestShare * static_cast<double>(reach_.size()));
-  const auto farthest = reach_.begin() + static_cast<std::ptrdiff_t>(place);
-  std::nth_element(reach_.begin(), farthest, reach_.end());
-  return *farthest < kThick * sensor_height;
+  return std::find(is_open_.begin(), is_open_.end(), std::uint8_t{1}) != is_open_.end();
 }
 
-void CertainFloor::find(const std::vector<double>& floor, const std::vector<double>& distance,
-                        const DropOffs& drops, const std::vector<std::uint32_t>& low_wall,
-                        std::vector<double>* certain) {
+void CertainFloor::find(const std::vector<double>& floor, const DropOffs& drops,
+                        const std::vector<std::uint32_t>& low_wall, std::vector<double>* certain) {
   const std::size_t columns = floor.size();
   certain->assign(columns, kInfinity);
   markBeside(low_wall);
   for (std::size_t c = 0; c < columns; ++c) {
-    if (distance[c] != 0.0 && is_doubted_[c] == 0) continue;
+    if (is_gap_[c] == 0 && is_doubted_[c] == 0) continue;
     double near = 0.0;
     around(c, kFloorBeside, columns, [&](std::size_t at) { near = std::max(near, floor[at]); });
     (*certain)[c] = std::max(near + kGoesOn, drops.floor_to[c]);
   }
+}
+
+/// Runs of columns without a boundary, from one known column to the next.
+void CertainFloor::markGaps(const std::vector<double>& distance, const std::vector<double>& rises) {
+  const std::size_t columns = distance.size();
+  is_gap_.assign(columns, 0);
+  const auto is_known = [](double reach) { return reach != 0.0; };
+  const auto known = std::find_if(distance.begin(), distance.end(), is_known);
+  if (known == distance.end()) return markGap(0, columns, rises);
+  const auto start = static_cast<std::size_t>(known - distance.begin());
+  std::size_t length = 0;
+  for (std::size_t k = 1; k <= columns; ++k) {
+    const std::size_t c = (start + k) % columns;
+    if (!is_known(distance[c])) {
+      ++length;
+      continue;
+    }
+    markGap((c + columns - length) % columns, length, rises);
+    length = 0;
+  }
+}
+
+/// If it is wide, and most of its floor does not rise.
+void CertainFloor::markGap(std::size_t first, std::size_t length,
+                           const std::vector<double>& rises) {
+  if (length < kWide) return;
+  const std::size_t columns = rises.size();
+  std::size_t rising = 0;
+  for (std::size_t k = 0; k < length; ++k) {
+    bool is_rising = false;
+    around((first + k) % columns, kFloorBeside, columns,
+           [&](std::size_t at) { is_rising = is_rising || rises[at] > 0.0; });
+    rising += is_rising ? 1U : 0U;
+  }
+  if (static_cast<double>(rising) >= kRisingShare * static_cast<double>(length)) return;
+  for (std::size_t k = 0; k < length; ++k) is_gap_[(first + k) % columns] = 1;
 }
 
 /// Columns between an open one and the first one to either side that sees its wall low down.

@@ -18,6 +18,7 @@ constexpr double kOnFloorMost = 0.06;
 constexpr double kUnevenness = 3.0;  // or within so many sigma of the floor's own height
 constexpr double kLevelShare = 0.4;  // floor behind an opening must go on as level as this of it
 constexpr double kLevelBand = 5.0;   // and tells so by heights up to so many times of it
+constexpr double kRises = 0.02;      // floor so far over its plane rises [m]
 constexpr double kHiddenSlope = 1.0 / 12.0;  // half the steepest ramp's
 constexpr double kDrop = 0.01;  // what lies so much lower than floor can, tells of a drop [m]
 constexpr double kReliefLowest = 0.15, kReliefHighest = 0.8;  // heights that relief looks at [m]
@@ -426,13 +427,25 @@ double Room::flatness() const {
 }
 
 void Room::findCertainFloor() {
-  if (!certain_finder_.isInDoubt(own_floor_, profile_.distance, drops_, -plane_[2])) {
+  findRising();
+  if (!certain_finder_.isInDoubt(profile_.distance, drops_, rising_)) {
     certain_floor_.assign(own_floor_.size(), kInfinity);
     return;
   }
   low_wall_.assign(own_floor_.size(), 0);
   for (const std::uint32_t i : near_) low_wall_[column(i)] += isLowOnWall(i) ? 1U : 0U;
-  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, &certain_floor_);
+  certain_finder_.find(own_floor_, drops_, low_wall_, &certain_floor_);
+}
+
+/// How far floor is measured that lies clear over the plane.
+void Room::findRising() {
+  rising_.assign(own_floor_.size(), 0.0);
+  if (relief_.isFlat()) return;
+  farthest_.clear(rising_.size());
+  for (const std::uint32_t i : low_) {
+    if (relief_.at(points().x[i], points().y[i]) > kRises) farthest_.add(column(i), planar(i));
+  }
+  farthest_.find(0, &rising_);
 }
 
 /// Of the walls that bound the room.

@@ -588,20 +588,43 @@ LOW_FROM_300 = np.where((np.arange(COLUMNS) >= 300) & (np.arange(COLUMNS) < 700)
 NO_DROPS = DropOffs(np.full(COLUMNS, np.inf), np.full(COLUMNS, np.inf), np.zeros(COLUMNS))
 
 
-def certain(floor, distance=HALF_KNOWN, drops=NO_DROPS):
-    return certain_floor(np.full(COLUMNS, floor), distance, drops, LOW_FROM_300, 0.7)
+NOTHING_RISES = np.zeros(COLUMNS, bool)
 
 
-def test_in_thick_smoke_floor_beside_a_gap_is_certain_where_it_is_measured():
+def certain(floor, distance=HALF_KNOWN, drops=NO_DROPS, rises=NOTHING_RISES):
+    return certain_floor(np.full(COLUMNS, floor), distance, drops, LOW_FROM_300, rises)
+
+
+@pytest.mark.parametrize("floor", [1.5, 3.5])
+def test_in_a_gap_and_beside_it_floor_is_certain_where_it_is_measured(floor):
     # 0.3 m beyond it, to be exact, until the wall is seen low down: four returns in five columns.
     beside = np.ones(COLUMNS, bool)
     beside[300 - 2 + 3 : 700 - 1] = False
-    np.testing.assert_array_equal(certain(1.5), np.where(beside, 1.8, np.inf))
+    np.testing.assert_allclose(certain(floor), np.where(beside, floor + 0.3, np.inf), rtol=1e-15)
 
 
-def test_in_thin_smoke_and_between_walls_all_round_no_floor_is_in_doubt():
-    assert np.all(certain(2.11) == np.inf)  # a drop is seen if floor is 3 * 0.7 m away
+def test_between_walls_all_round_no_floor_is_in_doubt():
     assert np.all(certain(1.5, np.full(COLUMNS, 4.0)) == np.inf)
+
+
+def test_a_gap_of_12_columns_can_hide_a_drop_and_one_of_11_cannot():
+    columns = np.arange(COLUMNS)
+    # Over the seam, where columns count from 0 again.
+    narrow = np.where((columns < 5) | (columns >= COLUMNS - 6), 0.0, 4.0)
+    assert np.all(certain(1.5, narrow) == np.inf)
+    wide = np.where((columns < 6) | (columns >= COLUMNS - 6), 0.0, 4.0)
+    assert certain(1.5, wide)[[0, COLUMNS - 1, 20]] == pytest.approx(1.8)
+    one_known = np.where(columns == 500, 4.0, 0.0)
+    assert certain(1.5, one_known)[[0, 499, 501]] == pytest.approx(1.8)
+    assert certain(1.5, np.zeros(COLUMNS))[500] == pytest.approx(1.8)
+
+
+def test_a_gap_into_which_a_ramp_leads_is_not_in_doubt():
+    # 12 columns to either side share what they see: 26 + 24 of the 100.
+    ramp = (np.arange(COLUMNS) >= 40) & (np.arange(COLUMNS) < 66)
+    assert np.all(certain(1.5, rises=ramp) == np.inf)
+    ramp[65] = False
+    assert certain(1.5, rises=ramp)[50] == pytest.approx(1.8)
 
 
 def test_floor_beside_a_drop_is_in_doubt_as_it_is_beside_a_gap():

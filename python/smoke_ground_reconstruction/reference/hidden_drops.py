@@ -1,23 +1,23 @@
 """How far there is floor for certain where smoke may hide a drop.
 
-A drop is told by what lies below the floor. In smoke so thick that the floor itself is seen but a
-few sensor heights away, that is hidden as well. A wall that is seen low down shows that beams get
-there, and would have met what lies lower. Where the boundary breaks off, or a drop does, floor goes
-on up to such a wall; before it floor is certain no farther than it is measured. Not in the thesis.
+A drop is told by what lies below the floor, a wall behind it by its returns. Where the boundary
+breaks off, neither was seen, and a ceiling overhead tells nothing of what lies beneath: floor is
+certain no farther than it is measured. So it is beside a gap or a drop, up to a wall that is seen
+low down: beams get there, and would have met what lies lower. A gap in which the floor is measured
+to rise is a ramp, which leads to something. Not in the thesis.
 """
 
 import numpy as np
 
-_THICK = 3.0  # sensor heights: floor seen no farther than this leaves drops unseen
-_FARTHEST_SHARE = 0.9  # of the columns see the floor no farther than it is seen
-_OPEN = 0.5  # columns tell how far it is seen if their wall stands so far behind it [m]
+_WIDE = 12  # columns of a gap in which a drop can hide
+_RISING_SHARE = 0.5  # of the columns of a gap in which a ramp leads on
 _FLOOR_BESIDE = 12  # columns to either side that share what they measure
 _GOES_ON = 0.3  # floor goes on so far beyond what is measured [m]
 _WALL_BESIDE = 2  # columns to either side that share what they see of the wall
 _WALL_RETURNS = 4  # from low down
 
 
-def certain_floor(floor, distance, drops, low_wall, sensor_height):
+def certain_floor(floor, distance, drops, low_wall, rises):
     """How far floor may be claimed (columns,) [m]; infinite where nothing speaks against it.
 
     Parameters
@@ -29,25 +29,33 @@ def certain_floor(floor, distance, drops, low_wall, sensor_height):
     drops : DropOffs
     low_wall : (columns,) int64
         Returns of the boundary's walls from low down.
-    sensor_height : float
-        Above the floor [m].
+    rises : (columns,) bool
+        Is floor measured in the column that rises over the plane?
     """
     certain = np.full(len(floor), np.inf)
-    falls = np.isfinite(drops.begin)
-    is_open = (distance == 0.0) | falls
-    if not is_open.any() or not _is_thick(floor, distance, falls, sensor_height):
+    gap = _hiding_gaps(distance == 0.0, _around(rises, _FLOOR_BESIDE, np.any))
+    is_open = gap | np.isfinite(drops.begin)
+    if not is_open.any():
         return certain
-    doubted = (distance == 0.0) | _beside(is_open, _around(low_wall, _WALL_BESIDE, np.sum))
+    doubted = gap | _beside(is_open, _around(low_wall, _WALL_BESIDE, np.sum))
     near = _around(floor, _FLOOR_BESIDE, np.max)[doubted] + _GOES_ON
     certain[doubted] = np.maximum(near, drops.floor_to[doubted])
     return certain
 
 
-def _is_thick(floor, distance, falls, sensor_height):
-    """Does smoke, not a wall or a drop, end the floor's view too near to tell of drops?"""
-    free = (floor > 0.0) & ~falls & ((distance == 0.0) | (distance > floor + _OPEN))
-    reach = np.sort(floor[free])
-    return len(reach) > 0 and reach[int(_FARTHEST_SHARE * len(reach))] < _THICK * sensor_height
+def _hiding_gaps(is_unknown, rises):
+    """Columns of those runs of unknown ones that are wide and in which most floor does not rise."""
+    columns = len(is_unknown)
+    known = np.flatnonzero(~is_unknown)
+    found = np.zeros(columns, bool)
+    # Runs from one known column to the next; all around where none is known.
+    starts, ends = (known, np.roll(known, -1)) if len(known) else ([columns - 1], [columns - 1])
+    for before, after in zip(starts, ends):
+        length = (after - before - 1) % columns if len(known) else columns
+        run = (before + 1 + np.arange(length)) % columns
+        if length >= _WIDE and rises[run].sum() < _RISING_SHARE * length:
+            found[run] = True
+    return found
 
 
 def _around(values, beside, fold):

@@ -36,6 +36,7 @@ _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
 _LOOKED_AT = 16000  # returns, at least, that tell means and quantiles
 _STRENGTHS = 1000  # returns of floor, at least, if there are as many
 _STEEPER = 1000  # one return in so many may lie above the highest beam
+_RISES = 0.02  # floor so far over its plane rises [m]
 _HIDDEN_SLOPE = 1.0 / 12.0  # half the steepest ramp's
 _OPENING_CELL = 0.2
 _OPENING_POINTS = 3
@@ -161,9 +162,14 @@ class Room:
             self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
         measured = self.farthest(floor | riser, beside=0)
         low_wall = np.bincount(self.column[self._low_on_walls()], minlength=self.columns)
+        rises = self.farthest(self.is_low & self._rises(), beside=0) > 0.0
         self.certain_floor = certain_floor(
-            measured, self.profile.distance, self.drops, low_wall, -self.plane[2]
+            measured, self.profile.distance, self.drops, low_wall, rises
         )
+
+    def _rises(self):
+        """Where the relief lies clear of the plane."""
+        return self.relief.at(self.xyz[:, :2]) > _RISES
 
     def _find_relief(self):
         hard = ~self.is_soft
