@@ -17,18 +17,19 @@ namespace smoke_ground_reconstruction {
 /// measured to rise is a ramp, which leads to something. Keeps its buffers. Not in the thesis.
 class CertainFloor {
  public:
-  /// Can a drop be hidden at all? Is to be asked before find().
+  /// Can a drop be hidden at all? If not, find() finds nothing in doubt.
   /// \param distance  per column: planar range of the boundary [m]; 0 where none is known.
+  static bool isInDoubt(const std::vector<double>& distance, const DropOffs& drops);
+  /// \param floor  per column: how far floor is measured in it alone [m]; 0 where it is not.
+  /// \param distance, drops  as before.
+  /// \param low_wall  per column: returns of the boundary's walls from low down.
   /// \param rises  per column: how far floor is measured that rises over the plane [m]; 0 where
   ///               none is.
-  bool isInDoubt(const std::vector<double>& distance, const DropOffs& drops,
-                 const std::vector<double>& rises);
-  /// \param floor  per column: how far floor is measured in it alone [m]; 0 where it is not.
-  /// \param low_wall  per column: returns of the boundary's walls from low down.
   /// \param certain  per column: how far floor may be claimed [m]; infinite where nothing speaks
   ///                 against it.
-  void find(const std::vector<double>& floor, const DropOffs& drops,
-            const std::vector<std::uint32_t>& low_wall, std::vector<double>* certain);
+  void find(const std::vector<double>& floor, const std::vector<double>& distance,
+            const DropOffs& drops, const std::vector<std::uint32_t>& low_wall,
+            const std::vector<double>& rises, std::vector<double>* certain);
 
  private:
   void markGaps(const std::vector<double>& distance, const std::vector<double>& rises);

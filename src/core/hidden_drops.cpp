@@ -23,21 +23,23 @@ void around(std::size_t column, std::size_t beside, std::size_t columns, const U
 
 }  // namespace
 
-bool CertainFloor::isInDoubt(const std::vector<double>& distance, const DropOffs& drops,
-                             const std::vector<double>& rises) {
-  markGaps(distance, rises);
-  is_open_ = is_gap_;
-  for (std::size_t c = 0; c < is_open_.size(); ++c) {
-    if (drops.begin[c] < kInfinity) is_open_[c] = 1;
-  }
-  return std::find(is_open_.begin(), is_open_.end(), std::uint8_t{1}) != is_open_.end();
+bool CertainFloor::isInDoubt(const std::vector<double>& distance, const DropOffs& drops) {
+  const auto is_drop = [](double begin) { return begin < kInfinity; };
+  return std::find(distance.begin(), distance.end(), 0.0) != distance.end() ||
+         std::any_of(drops.begin.begin(), drops.begin.end(), is_drop);
 }
 
-void CertainFloor::find(const std::vector<double>& floor, const DropOffs& drops,
-                        const std::vector<std::uint32_t>& low_wall, std::vector<double>* certain) {
+void CertainFloor::find(const std::vector<double>& floor, const std::vector<double>& distance,
+                        const DropOffs& drops, const std::vector<std::uint32_t>& low_wall,
+                        const std::vector<double>& rises, std::vector<double>* certain) {
   const std::size_t columns = floor.size();
-  certain->assign(columns, kInfinity);
+  markGaps(distance, rises);
+  is_open_.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    is_open_[c] = is_gap_[c] != 0 || drops.begin[c] < kInfinity ? 1 : 0;
+  }
   markBeside(low_wall);
+  certain->assign(columns, kInfinity);
   for (std::size_t c = 0; c < columns; ++c) {
     if (is_gap_[c] == 0 && is_doubted_[c] == 0) continue;
     double near = 0.0;

@@ -427,14 +427,14 @@ double Room::flatness() const {
 }
 
 void Room::findCertainFloor() {
-  findRising();
-  if (!certain_finder_.isInDoubt(profile_.distance, drops_, rising_)) {
+  if (!CertainFloor::isInDoubt(profile_.distance, drops_)) {
     certain_floor_.assign(own_floor_.size(), kInfinity);
     return;
   }
   low_wall_.assign(own_floor_.size(), 0);
   for (const std::uint32_t i : near_) low_wall_[column(i)] += isLowOnWall(i) ? 1U : 0U;
-  certain_finder_.find(own_floor_, drops_, low_wall_, &certain_floor_);
+  findRising();
+  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, rising_, &certain_floor_);
 }
 
 /// How far floor is measured that lies clear over the plane.
