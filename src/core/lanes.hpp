@@ -62,11 +62,13 @@ SMOKE_GROUND_PART Bytes bytesOf(const Ints& lanes) {
   return __builtin_convertvector(__builtin_convertvector(lanes, Shorts), Bytes);
 }
 
-SMOKE_GROUND_PART Floats magnitudeOf(const Floats& lanes) {
-  Ints bits;
+/// Of four or eight.
+template <typename Lanes>
+SMOKE_GROUND_PART Lanes magnitudeOf(const Lanes& lanes) {
+  decltype(lanes != lanes) bits;  // as many integers
   std::memcpy(&bits, &lanes, sizeof(bits));
   bits &= 0x7FFFFFFF;
-  Floats magnitude;
+  Lanes magnitude;
   std::memcpy(&magnitude, &bits, sizeof(magnitude));
   return magnitude;
 }

@@ -28,15 +28,6 @@ float lower(double bound) { return -upper(-bound); }
 
 constexpr std::size_t kFour = 4;
 
-FourFloats magnitudeOf(const FourFloats& four) {
-  FourInts bits;
-  std::memcpy(&bits, &four, sizeof(bits));
-  bits &= 0x7FFFFFFF;
-  FourFloats magnitude;
-  std::memcpy(&magnitude, &bits, sizeof(magnitude));
-  return magnitude;
-}
-
 /// Are all of four points isReturn()?
 bool areReturns(const FourFloats& x, const FourFloats& y, const FourFloats& z) {
   constexpr FourFloats kFarthest = {kFarthestReturn, kFarthestReturn, kFarthestReturn,
