@@ -22,12 +22,6 @@ SMOKE_GROUND_PART RoughPoints loadPoints(const ScanRaster& raster, std::size_t a
   return roughPoints(loadLanes(&raster.x[at]), loadLanes(&raster.y[at]), loadLanes(&raster.z[at]));
 }
 
-SMOKE_GROUND_PART bool isDoubtIn(const Ints& all) {
-  bool is_doubt = false;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) is_doubt |= all[lane] < 0;
-  return is_doubt;
-}
-
 /// What the points of eight columns say, each with the one before it in its column. Returns what
 /// all say together: kInDoubt has a sign.
 /// \param first  their place in the first row; the others are a stripe's width apart.
@@ -50,20 +44,6 @@ SMOKE_GROUND_PART Ints judgeColumns(const ScanRaster& raster, std::size_t first,
     last = merged(is_taken, now, last);
   }
   return all;
-}
-
-/// The same of a stripe. Returns whether some are in doubt.
-SMOKE_GROUND_MULTIVERSION
-bool judgeStripe(const ScanRaster& raster, std::size_t stripe, bool is_downwards, const Screens& by,
-                 std::int8_t* says) {
-  const Screens screens = by;
-  Ints all = {};
-  for (std::size_t column = 0; column < kWidth; column += kLanes) {
-    const std::size_t first = stripe * raster.rows * kWidth + column;
-    all |= is_downwards ? judgeColumns(raster, first, true, screens, says)
-                        : judgeColumns(raster, first, false, screens, says);
-  }
-  return isDoubtIn(all);
 }
 
 /// The two points of a place, of eight columns.
@@ -150,18 +130,28 @@ SMOKE_GROUND_PART Ints judgeLayers(const ScanRaster& raster, std::size_t first, 
   return all;
 }
 
-/// judgeStripe() with two layers.
+/// judgeColumns() or judgeLayers(), each made for one direction.
+template <bool is_downwards>
+SMOKE_GROUND_PART Ints judgeEight(const ScanRaster& raster, std::size_t first,
+                                  const Screens& screens, std::int8_t* says) {
+  return raster.has_second ? judgeLayers(raster, first, is_downwards, screens, says)
+                           : judgeColumns(raster, first, is_downwards, screens, says);
+}
+
+/// The same of a stripe. Returns whether some are in doubt.
 SMOKE_GROUND_MULTIVERSION
-bool judgeStripeOfTwo(const ScanRaster& raster, std::size_t stripe, bool is_downwards,
-                      const Screens& by, std::int8_t* says) {
+bool judgeStripe(const ScanRaster& raster, std::size_t stripe, bool is_downwards, const Screens& by,
+                 std::int8_t* says) {
   const Screens screens = by;
   Ints all = {};
   for (std::size_t column = 0; column < kWidth; column += kLanes) {
     const std::size_t first = stripe * raster.rows * kWidth + column;
-    all |= is_downwards ? judgeLayers(raster, first, true, screens, says)
-                        : judgeLayers(raster, first, false, screens, says);
+    all |= is_downwards ? judgeEight<true>(raster, first, screens, says)
+                        : judgeEight<false>(raster, first, screens, says);
   }
-  return isDoubtIn(all);
+  bool is_doubt = false;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) is_doubt |= all[lane] < 0;
+  return is_doubt;
 }
 
 /// What the pairs of a raster say of their labelled points.
@@ -214,10 +204,7 @@ class RasterPairs {
     const std::size_t size = raster_.rows * kWidth;
     for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
       const std::size_t begin = stripe * size;
-      const bool is_doubt =
-          raster_.has_second
-              ? judgeStripeOfTwo(raster_, stripe, label_first_, screens, says_.data())
-              : judgeStripe(raster_, stripe, label_first_, screens, says_.data());
+      const bool is_doubt = judgeStripe(raster_, stripe, label_first_, screens, says_.data());
       for (std::size_t at = begin; is_doubt && at < begin + size; ++at) judgeDoubt(at);
     }
   }
