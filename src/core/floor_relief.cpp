@@ -17,9 +17,8 @@ namespace {
 constexpr int kSide = ReliefGrid::kSide;
 constexpr double kNearest = 0.5;      // planar range [m]
 constexpr std::uint32_t kPoints = 4;  // of a cell
-constexpr std::uint32_t kMany =
-    16;                           // returns of a cell that are looked over before they are ranked
-constexpr double kSpread = 0.04;  // between 10th and 90th percentile of a cell's heights [m]
+constexpr std::uint32_t kMany = 16;   // or more are looked over before they are ranked
+constexpr double kSpread = 0.04;      // between 10th and 90th percentile of a cell's heights [m]
 constexpr double kOnPlane = 0.03;
 constexpr double kSlack = 0.015;  // of the rise between neighbouring cells [m]
 constexpr double kNear = 0.45;    // returns on floor drawn on lie so near to measured floor [m]
