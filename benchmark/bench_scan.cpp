@@ -56,7 +56,7 @@ void raster(benchmark::State& state) {
   const AzimuthBins bins(0.4);
   const std::vector<Label> labels(scan.size(), Label::kKept);
   for (auto _ : state) {
-    const ScanRaster laid_out(scan, labels, bins, scene.sensor);
+    const ScanRaster laid_out(scan, labels, bins);
     benchmark::DoNotOptimize(laid_out.place.data());
   }
 }

@@ -8,11 +8,10 @@
 #include "smoke_ground_reconstruction/label.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
-#include "smoke_ground_reconstruction/sensor_model.hpp"
 
 namespace smoke_ground_reconstruction {
 
-/// The kept points of a scan in a raster: a row per ring, the lowest beam first, a column per
+/// The kept points of a scan in a raster: a row per ring, as the driver numbers them, a column per
 /// azimuth bin. Of each place the point of the lowest index is in it; where a sensor fires once per
 /// ring and bin that is all of them, and nothing needs sorting. Where many places have two points,
 /// as with dual returns, a second layer takes the next ones. The raster lies in memory stripe by
@@ -36,23 +35,16 @@ struct ScanRaster {
   /// Nothing above is of use: there are too many extras, or places.
   bool is_crowded = false;
 
-  /// \param labels  one per point; those other than kKept, and points whose ring has no rank, take
-  ///                no part.
-  ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
-             const SensorModel& sensor);
+  /// \param labels  one per point; those other than kKept take no part.
+  ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins);
 
   std::uint32_t nowhere() const { return static_cast<std::uint32_t>(stripes * rows * kWidth); }
   std::size_t secondOf(std::size_t at) const { return nowhere() + 1U + at; }
   bool isTaken(std::size_t at) const { return x[at] == x[at]; }
-  /// The next place that is taken in the same column; nowhere(): none is.
-  std::size_t above(std::size_t at) const;
-  std::size_t below(std::size_t at) const;
+  std::size_t rowOf(std::size_t at) const { return at % (rows * kWidth) / kWidth; }
 
  private:
-  void fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
-            const SensorModel& sensor);
-  void findPlaces(const Scan& scan, const std::vector<Label>& labels,
-                  const std::vector<std::uint32_t>& row_begin, std::size_t begin, std::size_t size);
+  void fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins);
   void put(const Scan& scan, std::size_t begin, std::size_t size);
   void putInTwo(const Scan& scan, std::size_t begin, std::size_t size);
   void addSecond(const Scan& scan);

@@ -39,9 +39,9 @@ std::vector<Label> ChannelSegmentation::classify(const Scan& scan, const std::ve
                                                  const SensorModel& sensor) const {
   const PairTests tests(params_);
   std::vector<Label> result = labels;
-  const ScanRaster raster(scan, labels, columns_, sensor);
+  const ScanRaster raster(scan, labels, columns_);
   if (!raster.is_crowded) {
-    labelRaster(scan, raster, tests, params_.label_point, &result);
+    labelRaster(scan, raster, sensor, tests, params_.label_point, &result);
     return result;
   }
   Recycled<std::uint8_t> use(scan.size());

@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::size_t kWidth = ScanRaster::kWidth;
 
+/// Where the rows of a raster begin in a stripe, from the lowest beam to the highest.
+using Rows = std::vector<std::size_t>;
+
 SMOKE_GROUND_PART RoughPoints merged(const Ints& is_new, const RoughPoints& now,
                                      const RoughPoints& last) {
   return {is_new ? now.x : last.x, is_new ? now.y : last.y, is_new ? now.z : last.z,
@@ -24,15 +27,15 @@ SMOKE_GROUND_PART RoughPoints loadPoints(const ScanRaster& raster, std::size_t a
 
 /// What the points of eight columns say, each with the one before it in its column. Returns what
 /// all say together: kInDoubt has a sign.
-/// \param first  their place in the first row; the others are a stripe's width apart.
+/// \param first  their place in row 0.
 /// \param is_downwards  the one before is the upper of the two.
-SMOKE_GROUND_PART Ints judgeColumns(const ScanRaster& raster, std::size_t first, bool is_downwards,
-                                    const Screens& screens, std::int8_t* says) {
+SMOKE_GROUND_PART Ints judgeColumns(const ScanRaster& raster, const Rows& rows, std::size_t first,
+                                    bool is_downwards, const Screens& screens, std::int8_t* says) {
   const Floats nobody = Floats{} + NAN;
   RoughPoints last = roughPoints(nobody, nobody, nobody);
   Ints all = {};
-  for (std::size_t k = 0; k < raster.rows; ++k) {
-    const std::size_t at = first + (is_downwards ? raster.rows - 1 - k : k) * kWidth;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const std::size_t at = first + rows[is_downwards ? rows.size() - 1 - k : k];
     const RoughPoints now = loadPoints(raster, at);
     const Ints is_taken = now.x == now.x;
     const Ints is_pair = is_taken & (last.x == last.x);
@@ -108,13 +111,13 @@ SMOKE_GROUND_PART TwoVerdicts judgeRows(const TwoPoints& firsts, const TwoPoints
 }
 
 /// judgeColumns() with two layers.
-SMOKE_GROUND_PART Ints judgeLayers(const ScanRaster& raster, std::size_t first, bool is_downwards,
-                                   const Screens& screens, std::int8_t* says) {
+SMOKE_GROUND_PART Ints judgeLayers(const ScanRaster& raster, const Rows& rows, std::size_t first,
+                                   bool is_downwards, const Screens& screens, std::int8_t* says) {
   const Floats nobody = Floats{} + NAN;
   TwoPoints last = {roughPoints(nobody, nobody, nobody), roughPoints(nobody, nobody, nobody)};
   Ints all = {};
-  for (std::size_t k = 0; k < raster.rows; ++k) {
-    const std::size_t at = first + (is_downwards ? raster.rows - 1 - k : k) * kWidth;
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const std::size_t at = first + rows[is_downwards ? rows.size() - 1 - k : k];
     const std::size_t second = raster.secondOf(at);
     const TwoPoints now = {loadPoints(raster, at), loadPoints(raster, second)};
     const TwoVerdicts verdicts =
@@ -132,22 +135,22 @@ SMOKE_GROUND_PART Ints judgeLayers(const ScanRaster& raster, std::size_t first, 
 
 /// judgeColumns() or judgeLayers(), each made for one direction.
 template <bool is_downwards>
-SMOKE_GROUND_PART Ints judgeEight(const ScanRaster& raster, std::size_t first,
+SMOKE_GROUND_PART Ints judgeEight(const ScanRaster& raster, const Rows& rows, std::size_t first,
                                   const Screens& screens, std::int8_t* says) {
-  return raster.has_second ? judgeLayers(raster, first, is_downwards, screens, says)
-                           : judgeColumns(raster, first, is_downwards, screens, says);
+  return raster.has_second ? judgeLayers(raster, rows, first, is_downwards, screens, says)
+                           : judgeColumns(raster, rows, first, is_downwards, screens, says);
 }
 
 /// The same of a stripe. Returns whether some are in doubt.
 SMOKE_GROUND_MULTIVERSION
-bool judgeStripe(const ScanRaster& raster, std::size_t stripe, bool is_downwards, const Screens& by,
-                 std::int8_t* says) {
+bool judgeStripe(const ScanRaster& raster, const Rows& rows, std::size_t stripe, bool is_downwards,
+                 const Screens& by, std::int8_t* says) {
   const Screens screens = by;
   Ints all = {};
   for (std::size_t column = 0; column < kWidth; column += kLanes) {
     const std::size_t first = stripe * raster.rows * kWidth + column;
-    all |= is_downwards ? judgeEight<true>(raster, first, screens, says)
-                        : judgeEight<false>(raster, first, screens, says);
+    all |= is_downwards ? judgeEight<true>(raster, rows, first, screens, says)
+                        : judgeEight<false>(raster, rows, first, screens, says);
   }
   bool is_doubt = false;
   for (std::size_t lane = 0; lane < kLanes; ++lane) is_doubt |= all[lane] < 0;
@@ -157,16 +160,18 @@ bool judgeStripe(const ScanRaster& raster, std::size_t stripe, bool is_downwards
 /// What the pairs of a raster say of their labelled points.
 class RasterPairs {
  public:
-  RasterPairs(const Scan& scan, const ScanRaster& raster, const PairTests& tests,
-              LabelPoint label_point)
+  RasterPairs(const Scan& scan, const ScanRaster& raster, const SensorModel& sensor,
+              const PairTests& tests, LabelPoint label_point)
       : scan_(scan),
         raster_(raster),
+        sensor_(sensor),
         tests_(tests),
-        label_first_(label_point == LabelPoint::kFirst),
-        says_(raster.x.size()),
-        extra_says_(raster.extras.size()) {
-    says_[raster.nowhere()] = kSaysNothing;
-    std::fill(extra_says_.begin(), extra_says_.end(), kSaysNothing);
+        label_first_(label_point == LabelPoint::kFirst) {
+    says_.assign(raster.x.size(), kSaysNothing);
+    extra_says_.assign(raster.extras.size(), kSaysNothing);
+    for (const std::uint16_t ring : sensor.ringsByElevation()) {
+      if (ring < raster.rows) rows_.push_back(ring * kWidth);
+    }
     judgeRows();
     judgeExtras();
   }
@@ -204,7 +209,8 @@ class RasterPairs {
     const std::size_t size = raster_.rows * kWidth;
     for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
       const std::size_t begin = stripe * size;
-      const bool is_doubt = judgeStripe(raster_, stripe, label_first_, screens, says_.data());
+      const bool is_doubt =
+          judgeStripe(raster_, rows_, stripe, label_first_, screens, says_.data());
       for (std::size_t at = begin; is_doubt && at < begin + size; ++at) judgeDoubt(at);
     }
   }
@@ -213,13 +219,13 @@ class RasterPairs {
     if (!raster_.has_second) {
       if (says_[at] == kInDoubt) judgeExactly(at);
     } else if (says_[at] == kInDoubt || says_[raster_.secondOf(at)] == kInDoubt) {
-      label_first_ ? judgePlaces(at, raster_.above(at)) : judgePlaces(raster_.below(at), at);
+      label_first_ ? judgePlaces(at, above(at)) : judgePlaces(below(at), at);
     }
   }
 
   void judgeExactly(std::size_t at) {
     const Point here = pointAt(at);
-    const Point there = pointAt(label_first_ ? raster_.above(at) : raster_.below(at));
+    const Point there = pointAt(label_first_ ? above(at) : below(at));
     says_[at] = static_cast<std::int8_t>(label_first_ ? tests_.judge(here, there)
                                                       : tests_.judge(there, here));
   }
@@ -231,9 +237,36 @@ class RasterPairs {
     for (std::size_t k = 0; k < raster_.extras.size(); ++k) {
       const std::uint32_t at = raster_.extras[k].place;
       if (k > 0 && raster_.extras[k - 1].place == at) continue;
-      judgePlaces(raster_.below(at), at);
-      judgePlaces(at, raster_.above(at));
+      if (rankOf(at) == SensorModel::kNoRank) continue;
+      judgePlaces(below(at), at);
+      judgePlaces(at, above(at));
     }
+  }
+
+  std::size_t rankOf(std::size_t at) const {
+    return sensor_.rank(static_cast<std::uint16_t>(raster_.rowOf(at)));
+  }
+
+  /// The next place that is taken in the same column; nowhere(): none is.
+  std::size_t above(std::size_t at) const {
+    for (std::size_t rank = rankOf(at) + 1U; rank < sensor_.ringsByElevation().size(); ++rank) {
+      if (isTakenIn(rank, at)) return placeIn(rank, at);
+    }
+    return raster_.nowhere();
+  }
+  std::size_t below(std::size_t at) const {
+    for (std::size_t rank = rankOf(at); rank-- > 0;) {
+      if (isTakenIn(rank, at)) return placeIn(rank, at);
+    }
+    return raster_.nowhere();
+  }
+
+  /// The place in the row of a rank that has the same column as one.
+  std::size_t placeIn(std::size_t rank, std::size_t at) const {
+    return at - raster_.rowOf(at) * kWidth + sensor_.ringsByElevation()[rank] * kWidth;
+  }
+  bool isTakenIn(std::size_t rank, std::size_t at) const {
+    return sensor_.ringsByElevation()[rank] < raster_.rows && raster_.isTaken(placeIn(rank, at));
   }
 
   void judgePlaces(std::size_t lower, std::size_t upper) {
@@ -275,8 +308,10 @@ class RasterPairs {
 
   const Scan& scan_;
   const ScanRaster& raster_;
+  const SensorModel& sensor_;
   const PairTests& tests_;
   const bool label_first_;
+  Recycled<std::size_t> rows_;
   Recycled<std::int8_t> says_;        // by place
   Recycled<std::int8_t> extra_says_;  // by extra
   Recycled<Found> firsts_, seconds_;  // at two places
@@ -284,9 +319,9 @@ class RasterPairs {
 
 }  // namespace
 
-void labelRaster(const Scan& scan, const ScanRaster& raster, const PairTests& tests,
-                 LabelPoint label_point, std::vector<Label>* labels) {
-  RasterPairs(scan, raster, tests, label_point).label(labels);
+void labelRaster(const Scan& scan, const ScanRaster& raster, const SensorModel& sensor,
+                 const PairTests& tests, LabelPoint label_point, std::vector<Label>* labels) {
+  RasterPairs(scan, raster, sensor, tests, label_point).label(labels);
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -1,7 +1,6 @@
 #include "smoke_ground_reconstruction/scan_raster.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "multiversion.hpp"
@@ -17,33 +16,30 @@ constexpr std::size_t kFewExtras = 32;  // one point in so many
 constexpr std::uint32_t kColumns = ScanRaster::kWidth;
 constexpr std::size_t kAtOnce = 1024;  // points, whose bins fit into the fastest memory
 
-/// Where the rows of rings begin; `none` for rings without rank, and behind the last ring.
-Recycled<std::uint32_t> rowsOfRings(const SensorModel& sensor, std::uint32_t none) {
-  Recycled<std::uint32_t> row_begin;
-  for (const std::uint16_t ring : sensor.ringsByElevation()) {
-    if (ring >= row_begin.size()) row_begin.resize(ring + 1U, none);
-    row_begin[ring] = static_cast<std::uint32_t>(sensor.rank(ring) * ScanRaster::kWidth);
-  }
-  row_begin.push_back(none);
-  return row_begin;
+/// One more than the greatest ring.
+SMOKE_GROUND_MULTIVERSION
+std::size_t ringsOf(const std::uint16_t* ring, std::size_t size) {
+  std::uint16_t greatest = 0;
+  for (std::size_t i = 0; i < size; ++i) greatest = std::max(greatest, ring[i]);
+  return greatest + 1U;
 }
 
 /// Makes places of columns. No branches: which points are used, smoke decides.
 SMOKE_GROUND_MULTIVERSION
-void toPlaces(const std::uint32_t* row, const Label* label, const std::uint8_t* valid,
+void toPlaces(const std::uint16_t* ring, const Label* label, const std::uint8_t* valid,
               std::size_t size, std::uint32_t none, std::uint32_t stripe_size, std::uint32_t* at) {
   for (std::size_t i = 0; i < size; ++i) {
-    const std::uint32_t in_raster = at[i] / kColumns * stripe_size + row[i] + at[i] % kColumns;
-    const bool is_used = (label[i] == Label::kKept) & (valid[i] != 0) & (row[i] != none);
+    const std::uint32_t in_raster =
+        at[i] / kColumns * stripe_size + ring[i] * kColumns + at[i] % kColumns;
+    const bool is_used = (label[i] == Label::kKept) & (valid[i] != 0);
     at[i] = is_used ? in_raster : none;
   }
 }
 
 }  // namespace
 
-ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
-                       const SensorModel& sensor)
-    : stripes((bins.count() + kWidth - 1) / kWidth), rows(sensor.ringsByElevation().size()) {
+ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins)
+    : stripes((bins.count() + kWidth - 1) / kWidth), rows(ringsOf(scan.ring.data(), scan.size())) {
   const std::size_t places = stripes * rows * kWidth;
   is_crowded = places > kMostPlaces || places > kMostPlacesPerPoint * scan.size();
   if (is_crowded) return;
@@ -51,21 +47,20 @@ ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const
   y.resize(places + 1);
   z.resize(places + 1);
   place.resize(scan.size());
-  fill(scan, labels, bins, sensor);
+  fill(scan, labels, bins);
   if (is_crowded) return;
   std::sort(extras.begin(), extras.end(), [](const Extra& a, const Extra& b) {
     return a.place != b.place ? a.place < b.place : a.point < b.point;
   });
 }
 
-void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
-                      const SensorModel& sensor) {
-  const Recycled<std::uint32_t> row_begin = rowsOfRings(sensor, nowhere());
+void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins) {
   const std::size_t most_extras = scan.size() / kFewExtras;
   for (std::size_t begin = 0; begin < scan.size() && !is_crowded; begin += kAtOnce) {
     const std::size_t size = std::min(kAtOnce, scan.size() - begin);
     bins.indices(&scan.x[begin], &scan.y[begin], size, &place[begin]);
-    findPlaces(scan, labels, row_begin, begin, size);
+    toPlaces(&scan.ring[begin], &labels[begin], &scan.valid[begin], size, nowhere(),
+             static_cast<std::uint32_t>(rows) * kColumns, &place[begin]);
     has_second ? putInTwo(scan, begin, size) : put(scan, begin, size);
     if (extras.size() > most_extras && !has_second) addSecond(scan);
     is_crowded = extras.size() > most_extras;
@@ -93,18 +88,6 @@ void ScanRaster::addSecond(const Scan& scan) {
     place[extra.point] = static_cast<std::uint32_t>(at);
   }
   extras.swap(left);
-}
-
-void ScanRaster::findPlaces(const Scan& scan, const std::vector<Label>& labels,
-                            const std::vector<std::uint32_t>& row_begin, std::size_t begin,
-                            std::size_t size) {
-  std::array<std::uint32_t, kAtOnce> row;
-  const std::uint32_t* const rows_of_rings = row_begin.data();
-  const std::uint16_t* const ring = &scan.ring[begin];
-  const auto last_ring = static_cast<std::uint16_t>(row_begin.size() - 1);
-  for (std::size_t i = 0; i < size; ++i) row[i] = rows_of_rings[std::min(ring[i], last_ring)];
-  toPlaces(row.data(), &labels[begin], &scan.valid[begin], size, nowhere(),
-           static_cast<std::uint32_t>(rows) * kColumns, &place[begin]);
 }
 
 void ScanRaster::put(const Scan& scan, std::size_t begin, std::size_t size) {
@@ -149,23 +132,6 @@ void ScanRaster::putInTwo(const Scan& scan, std::size_t begin, std::size_t size)
     to_y[at] = from_y[i];
     to_z[at] = from_z[i];
   }
-}
-
-std::size_t ScanRaster::above(std::size_t at) const {
-  const std::size_t end = (at / (rows * kWidth) + 1) * (rows * kWidth);
-  for (at += kWidth; at < end; at += kWidth) {
-    if (isTaken(at)) return at;
-  }
-  return nowhere();
-}
-
-std::size_t ScanRaster::below(std::size_t at) const {
-  const std::size_t begin = at / (rows * kWidth) * (rows * kWidth);
-  while (at >= begin + kWidth) {
-    at -= kWidth;
-    if (isTaken(at)) return at;
-  }
-  return nowhere();
 }
 
 }  // namespace smoke_ground_reconstruction

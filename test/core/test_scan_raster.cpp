@@ -19,10 +19,8 @@ Cloud threeRings() {
   return cloud;
 }
 
-const SensorModel kThreeBeams = SensorModel::fromElevations({26.0, 0.0, -26.0});
-
 ScanRaster rasterOf(const Cloud& cloud, const std::vector<Label>& labels) {
-  return {Scan(cloud.view()), labels, kBins, kThreeBeams};
+  return {Scan(cloud.view()), labels, kBins};
 }
 
 ScanRaster rasterOf(const Cloud& cloud) {
@@ -43,35 +41,18 @@ TEST(ScanRaster, HasAPlaceForEachPoint) {
   }
 }
 
-TEST(ScanRaster, LooksUpAndDownAColumn) {
+TEST(ScanRaster, HasARowForEachRing) {
   const ScanRaster raster = rasterOf(threeRings());
-  for (std::size_t first = 0; first < 3U * 48U; first += 3) {
-    const std::uint32_t high = raster.place[first];
-    const std::uint32_t middle = raster.place[first + 1];
-    const std::uint32_t low = raster.place[first + 2];
-    EXPECT_EQ(raster.above(low), middle);
-    EXPECT_EQ(raster.above(middle), high);
-    EXPECT_EQ(raster.above(high), raster.nowhere());
-    EXPECT_EQ(raster.below(high), middle);
-    EXPECT_EQ(raster.below(middle), low);
-    EXPECT_EQ(raster.below(low), raster.nowhere());
-  }
+  EXPECT_EQ(raster.rows, 3U);
+  for (std::size_t i = 0; i < 3U * 48U; ++i) EXPECT_EQ(raster.rowOf(raster.place[i]), i % 3);
 }
 
-TEST(ScanRaster, LooksPastEmptyPlaces) {
-  std::vector<Label> labels(3U * 48U, Label::kKept);
-  labels[1] = Label::kNoise;
-  const ScanRaster raster = rasterOf(threeRings(), labels);
-  EXPECT_EQ(raster.place[1], raster.nowhere());
-  EXPECT_EQ(raster.above(raster.place[2]), raster.place[0]);
-  EXPECT_EQ(raster.below(raster.place[0]), raster.place[2]);
-}
-
-TEST(ScanRaster, LeavesOutInvalidPointsAndUnknownRings) {
+TEST(ScanRaster, LeavesOutInvalidPointsAndThoseNotKept) {
   Cloud cloud = threeRings();
   cloud.x[4] = NAN;
-  cloud.ring[7] = 3;
-  const ScanRaster raster = rasterOf(cloud);
+  std::vector<Label> labels(cloud.size(), Label::kKept);
+  labels[7] = Label::kNoise;
+  const ScanRaster raster = rasterOf(cloud, labels);
   EXPECT_EQ(raster.place[4], raster.nowhere());
   EXPECT_EQ(raster.place[7], raster.nowhere());
 }
@@ -145,7 +126,7 @@ TEST(ScanRaster, GivesUpWhereManyPlacesHaveThree) {
 
 TEST(ScanRaster, GivesUpWhereMostPlacesStayEmpty) {
   Cloud cloud;
-  for (int i = 0; i < 8; ++i) cloud.addPolar(40.0 * i, 2.0, 0.0, 1);
+  for (int i = 0; i < 8; ++i) cloud.addPolar(40.0 * i, 2.0, 0.0, 2);
   EXPECT_TRUE(rasterOf(cloud).is_crowded);
 }
 
