@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "smoke_ground_reconstruction/nearest_cells.hpp"
 #include "smoke_ground_reconstruction/room_boundary_params.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -48,7 +49,7 @@ struct ReliefReturns {
 /// Low returns by cells of a square grid with the sensor in its middle.
 struct ReliefGrid {
   static constexpr double kCell = 0.2;  ///< [m]
-  static constexpr int kSide = 128;     ///< cells along each side
+  static constexpr int kSide = NearestCells::kSide;
   static constexpr double kReach = 0.5 * kSide * kCell;
   static constexpr std::size_t kCells = static_cast<std::size_t>(kSide) * kSide;
   static constexpr double kLowest = -0.09, kHighest = 0.8;  ///< heights that are looked at [m]
@@ -111,6 +112,8 @@ class FloorRelief {
   /// One sigma of `at` [m]: grows with the way to the next measured cell, along which the floor may
   /// bend, the more so where slopes are seen: by `flatness` a metre where none are.
   double sigma(double x, double y, double flatness = kFlatness);
+  /// The same of `size` places.
+  void sigmas(const float* x, const float* y, std::size_t size, double flatness, float* sigma);
   /// Does a return lie on floor off the plane, near to where it was measured?
   bool carries(double x, double y, double height);
   bool hasStep() const { return has_step_; }
@@ -126,10 +129,6 @@ class FloorRelief {
   using Indices = std::vector<std::uint32_t>;
   struct Line {
     double nx, ny, rho;
-  };
-  struct Nearest {
-    std::int32_t cell = -1;   // -2: not looked for, -1: there is none
-    std::int32_t square = 0;  // of the way, in cells
   };
 
   void setFlat();
@@ -159,16 +158,16 @@ class FloorRelief {
   double highestOf(int facet) const;
 
   double heightAt(std::int32_t cell, double x, double y) const;
-  Nearest nearest(double x, double y);
-  Nearest searchNearest(int column, int row) const;
+  NearestCells::Found nearest(double x, double y);
+  double sigmaPerMetre(double flatness) const;
 
   RoomBoundaryParams params_;
   ReliefGrid grid_;
   std::vector<std::uint8_t> is_floor_, may_join_, is_taken_;  // by cell
   std::vector<std::int8_t> facet_;                            // by cell; -1: none
   std::vector<double> height_;                                // by cell
-  std::vector<Nearest> nearest_;                              // by cell, as they are asked for
-  bool has_floor_ = false, has_heights_ = false, has_step_ = false;
+  NearestCells nearest_;                                      // of measured floor
+  bool has_heights_ = false, has_step_ = false;
   double highest_ = 0.0;
   ReliefStep step_;
   std::vector<ReliefFacet> facets_;

@@ -27,6 +27,18 @@ PointArrays arraysOf(const Points& points, std::size_t size) {
   return {points.x.data(), points.y.data(), points.z.data(), size};
 }
 
+/// Adds to sigmas that of the floor's plane.
+SMOKE_GROUND_MULTIVERSION
+void addVariance(const FloorModel& floor, const PointArrays& points, float* sigma) {
+  const FloorModel of = floor;
+  const float *const x = points.x, *const y = points.y;
+  for (std::size_t i = 0, size = points.size; i < size; ++i) {
+    const double relief = sigma[i];
+    const double variance = of.variance(x[i], y[i]);
+    sigma[i] = static_cast<float>(std::sqrt(variance + relief * relief));
+  }
+}
+
 /// Planar range from which on a column is filled [m]: every 16th from the first step on, those
 /// between them from where their neighbours are farther apart than a step.
 double fillBegin(std::size_t column, double spacing) {
@@ -437,15 +449,8 @@ void FloorCompletion::tellSigma(Room* room, const FloorModel& floor, const Point
                                 FloorSurface* surface) {
   const Points& upright = drawn_.points;
   float* const sigma = surface->sigma.data() + claim_.measured.size();
-  const double flatness = room->flatness();
-  for (std::size_t k = 0; k < drawn_.size; ++k) {
-    sigma[k] = static_cast<float>(room->relief().sigma(upright.x[k], upright.y[k], flatness));
-  }
-  for (std::size_t k = 0; k < drawn_.size; ++k) {
-    const double relief = sigma[k];
-    const double variance = floor.variance(level.x[k], level.y[k]);
-    sigma[k] = static_cast<float>(std::sqrt(variance + relief * relief));
-  }
+  room->relief().sigmas(upright.x.data(), upright.y.data(), drawn_.size, room->flatness(), sigma);
+  addVariance(floor, arraysOf(level, drawn_.size), sigma);
 }
 
 void FloorCompletion::outline(const Room& room, const Mounting& mounting,

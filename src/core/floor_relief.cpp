@@ -46,6 +46,20 @@ bool isScattered(const float* height, std::uint32_t count) {
 /// Column or row of a coordinate.
 int indexOf(double coordinate) { return floorToInt(coordinate / ReliefGrid::kCell) + kSide / 2; }
 
+/// Sigma where the nearest measured floor lies away by the root of so many cells.
+SMOKE_GROUND_PART double sigmaOf(std::int32_t square, double per_metre) {
+  const double away = ReliefGrid::kCell * std::sqrt(static_cast<double>(square));
+  const double past = away - ReliefGrid::kCell;
+  return per_metre * (past > 0.0 ? past : 0.0);
+}
+
+SMOKE_GROUND_MULTIVERSION
+void sigmasOf(const std::int32_t* square, std::size_t size, double per_metre, float* sigma) {
+  for (std::size_t i = 0; i < size; ++i) {
+    sigma[i] = static_cast<float>(sigmaOf(square[i], per_metre));
+  }
+}
+
 /// Cells by their columns and rows, ReliefGrid::kCells where a return lies too high, too low, too
 /// near or too far.
 SMOKE_GROUND_MULTIVERSION
@@ -198,7 +212,7 @@ void FloorRelief::find(const ReliefReturns& returns, const RoomBoundaryParams& p
   has_step_ = findStep();
   if (has_step_) grid_.findMeans();
   findFloor();
-  nearest_.assign(ReliefGrid::kCells, {-2, 0});
+  nearest_.take(is_floor_);
   if (!has_heights_ && !has_step_) return;
   if (!has_step_) grid_.findMeans();
   findFacets();
@@ -223,7 +237,6 @@ void FloorRelief::findFloor() {
     facet_[c] = 0;
     queue_.push_back(c);
   }
-  const std::size_t on_plane = queue_.size();
   reach(&queue_, &is_floor_, true);
   addPlatforms();
   left_.clear();
@@ -239,7 +252,6 @@ void FloorRelief::findFloor() {
     height_[c] = grid_.cells[c].median;
     highest_ = std::max(highest_, std::fabs(height_[c]));
   }
-  has_floor_ = on_plane + left_.size() > 0;
 }
 
 /// Adds the cells that a chain of neighbours leads to, each step judged by its rise and length.
@@ -297,62 +309,56 @@ double FloorRelief::heightAt(std::int32_t cell, double x, double y) const {
 }
 
 double FloorRelief::at(double x, double y) {
-  if (isFlat() || !has_floor_) return 0.0;
+  if (isFlat() || nearest_.empty()) return 0.0;
   return heightAt(nearest(x, y).cell, x, y);
 }
 
 double FloorRelief::sigma(double x, double y, double flatness) {
-  if (!has_floor_) return 0.0;
+  if (nearest_.empty()) return 0.0;
+  return sigmaOf(nearest(x, y).square, sigmaPerMetre(flatness));
+}
+
+void FloorRelief::sigmas(const float* x, const float* y, std::size_t size, double flatness,
+                         float* sigma) {
+  constexpr std::size_t kBlock = 256;
+  if (nearest_.empty()) {
+    std::fill_n(sigma, size, 0.0F);
+    return;
+  }
+  const double per_metre = sigmaPerMetre(flatness);
+  std::array<std::int32_t, kBlock> column, row, square;
+  for (std::size_t begin = 0; begin < size; begin += kBlock) {
+    const std::size_t count = std::min(kBlock, size - begin);
+    cellNumbers(x + begin, count, ReliefGrid::kCell, column.data());
+    cellNumbers(y + begin, count, ReliefGrid::kCell, row.data());
+    for (std::size_t i = 0; i < count; ++i) {
+      square[i] = nearest_.of(column[i] + kSide / 2, row[i] + kSide / 2).square;
+    }
+    sigmasOf(square.data(), count, per_metre, sigma + begin);
+  }
+}
+
+double FloorRelief::sigmaPerMetre(double flatness) const {
   double square = 0.0;
   for (const ReliefFacet& facet : facets_) {
     square = std::max(square, facet.a * facet.a + facet.b * facet.b);
   }
   const double height = isFlat() ? 0.0 : kUnseenHeight * highest_;
-  const double per_metre = std::max({flatness, kUnseenSlope * std::sqrt(square), height});
-  const double away = ReliefGrid::kCell * std::sqrt(static_cast<double>(nearest(x, y).square));
-  return per_metre * std::max(0.0, away - ReliefGrid::kCell);
+  return std::max({flatness, kUnseenSlope * std::sqrt(square), height});
 }
 
 bool FloorRelief::carries(double x, double y, double height) {
-  if (isFlat() || !has_floor_) return false;
+  if (isFlat() || nearest_.empty()) return false;
   if (!(height > ReliefGrid::kLowest) || !(height < ReliefGrid::kHighest)) return false;
   if (!(std::fabs(x) < ReliefGrid::kReach) || !(std::fabs(y) < ReliefGrid::kReach)) return false;
-  const Nearest found = nearest(x, y);
+  const NearestCells::Found found = nearest(x, y);
   if (!(ReliefGrid::kCell * std::sqrt(static_cast<double>(found.square)) < kNear)) return false;
   const double over = heightAt(found.cell, x, y);
   return over != 0.0 && std::fabs(height - over) < kOnPlane;
 }
 
-FloorRelief::Nearest FloorRelief::nearest(double x, double y) {
-  const int column = indexOf(x), row = indexOf(y);
-  if (column < 0 || row < 0 || column >= kSide || row >= kSide) return searchNearest(column, row);
-  Nearest& known = nearest_[static_cast<std::size_t>(row * kSide + column)];
-  if (known.cell == -2) known = searchNearest(column, row);
-  return known;
-}
-
-/// Looks for measured floor in squares around a cell, which may lie beyond the grid.
-FloorRelief::Nearest FloorRelief::searchNearest(int column, int row) const {
-  Nearest best{-1, std::numeric_limits<std::int32_t>::max()};
-  const auto look = [&](int x, int y) {
-    const int cell = y * kSide + x;
-    if (is_floor_[static_cast<std::size_t>(cell)] == 0) return;
-    const int square = (x - column) * (x - column) + (y - row) * (y - row);
-    if (square < best.square || (square == best.square && cell < best.cell)) best = {cell, square};
-  };
-  const int outside = std::max({-column, -row, column - kSide + 1, row - kSide + 1, 0});
-  for (int r = outside; r < kSide + outside && best.square >= r * r; ++r) {
-    const int left = std::max(0, column - r), right = std::min(kSide - 1, column + r);
-    for (int y = std::max(0, row - r); y <= std::min(kSide - 1, row + r); ++y) {
-      if (y == row - r || y == row + r) {
-        for (int x = left; x <= right; ++x) look(x, y);
-      } else {
-        if (column - r >= 0 && column - r < kSide) look(column - r, y);
-        if (r > 0 && column + r >= 0 && column + r < kSide) look(column + r, y);
-      }
-    }
-  }
-  return best;
+NearestCells::Found FloorRelief::nearest(double x, double y) {
+  return nearest_.of(indexOf(x), indexOf(y));
 }
 
 }  // namespace smoke_ground_reconstruction
