@@ -62,7 +62,8 @@ constexpr double kLineHalf = 0.03;  ///< a wall's returns lie this near to its l
 
 /// Finds straight walls through posts, the best supported first: a Hough transform proposes,
 /// reweighted total least squares refines; a wall's posts are taken out before the next is looked
-/// for. Keeps its buffers.
+/// for. Votes are counted again only under angles that may have had more than the best has. Keeps
+/// its buffers.
 class LineFinder {
  public:
   LineFinder();
@@ -75,26 +76,37 @@ class LineFinder {
     double rho;
     int weight;
   };
+  /// By angle: the most votes that two slots side by side have, or had before posts were taken out,
+  /// and where they do if that is up to date.
+  struct Bests {
+    std::array<int, kAngles> most;
+    std::array<std::size_t, kAngles> slot;
+    std::array<bool, kAngles> is_new;
+  };
+  enum class Use : std::uint8_t { kNone, kSkipped, kYes };
 
-  void castVotes(const Posts& posts);
-  void vote(std::size_t post, int sign);
+  void start(const Posts& posts);
+  void boundVotes(double farthest);
+  void gatherUsed(const Posts& posts);
   Peak strongest();
-  void searchRow(std::size_t angle);
-  Line refined(const Posts& posts, const Peak& peak);
-  void collectNear(const Posts& posts, const Line& line, double half);
+  void search(std::size_t angle);
+  void takeOut(Use use);
+  void giveBackSkipped();
+  Line refined(const Peak& peak);
+  void collectNear(const Line& line, double half);
   bool isWall(const Posts& posts, const Line& line);
 
   std::array<Direction, kAngles> normals_;
   int first_slot_ = 0;
-  std::size_t width_ = 0;             // slots of an angle
-  std::vector<int> votes_;            // by angle and slot
-  std::vector<std::uint16_t> slots_;  // by post and angle
-  std::vector<int> weight_;           // by post
-  std::array<int, kAngles> row_best_{};
-  std::array<std::uint16_t, kAngles> row_at_{};
-  std::array<std::uint8_t, kAngles> row_is_stale_{};
-  std::vector<std::uint8_t> is_left_, is_skipped_;  // by post
-  std::vector<std::uint32_t> use_, near_;
+  std::vector<std::uint16_t> votes_;  // of one angle, by slot; 5000 posts would fill two
+  Bests bests_, unskipped_;           // the latter of when no post was skipped last
+  std::vector<Use> use_;              // by post
+  bool are_skipped_ = false;
+  std::vector<std::uint32_t> used_;  // posts in use; what follows is of these
+  std::vector<double> x_, y_;
+  std::vector<std::uint16_t> weight_, slot_;
+  std::vector<std::uint8_t> is_near_;
+  std::vector<std::uint32_t> near_;  // places of those near to a line
   std::vector<double> along_;
 };
 

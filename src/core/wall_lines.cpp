@@ -6,6 +6,7 @@
 
 #include "multiversion.hpp"
 #include "ordered.hpp"
+#include "point_loops.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -22,21 +23,76 @@ constexpr double kPostSpacing = 0.1;         // of the densest stretch of a wall
 constexpr double kNearest = 0.2;             // planar range [m]
 constexpr double kAround = 4.0 * kLineHalf;  // what lies this near counts as around a wall [m]
 constexpr std::size_t kMostLines = 40;
-constexpr std::size_t kBlock = 32;  // slots that are searched at once, beyond the last, too
+constexpr std::size_t kBlock = 32;           // slots that are searched at once
 constexpr std::uint32_t kSupportPoints = 3;  // of a wall in one column
 constexpr std::size_t kTopColumns = 4;       // that reach the ceiling make a wall of a stretch
 constexpr double kTopShare = 0.2;
 constexpr std::size_t kFootColumns = 12;  // to either side of those that see a wall: its foot
 constexpr std::size_t kTallColumns = 2;   // that reach out of the view, at least: as high as a wall
 
-/// Slots of the distances that lines of all normals through a place have.
-template <std::size_t kAngles>
-SMOKE_GROUND_MULTIVERSION void slotsOf(const std::array<Direction, kAngles>& normals, double x,
-                                       double y, int first_slot, std::uint16_t* slots) {
-  for (std::size_t a = 0; a < kAngles; ++a) {
-    const double rho = x * normals[a].cosine + y * normals[a].sine;
-    slots[a] = static_cast<std::uint16_t>(floorToInt(rho * kSlotsPerMetre) - first_slot);
+/// Slots of the distances that lines of a normal through some places have.
+SMOKE_GROUND_MULTIVERSION
+void slotsOf(const Direction& normal, const double* x, const double* y, std::size_t size,
+             int first_slot, std::uint16_t* slots) {
+  const double cosine = normal.cosine, sine = normal.sine;
+  for (std::size_t k = 0; k < size; ++k) {
+    const double rho = x[k] * cosine + y[k] * sine;
+    slots[k] = static_cast<std::uint16_t>(floorToInt(rho * kSlotsPerMetre) - first_slot);
   }
+}
+
+/// The most votes of two slots side by side.
+SMOKE_GROUND_MULTIVERSION
+std::uint16_t mostOfPairs(const std::uint16_t* votes, std::size_t pairs) {
+  std::uint16_t most = 0;
+  for (std::size_t s = 0; s < pairs; ++s) {
+    const auto both = static_cast<std::uint16_t>(votes[s] + votes[s + 1]);
+    most = std::max(most, both);
+  }
+  return most;
+}
+
+/// The first of two slots side by side that have so many votes; surely two have.
+SMOKE_GROUND_MULTIVERSION
+std::size_t firstPairOf(const std::uint16_t* votes, std::uint16_t wanted) {
+  std::size_t block = 0;
+  for (int is_in = 0; is_in == 0; block += kBlock) {
+    for (std::size_t s = block; s < block + kBlock; ++s) {
+      is_in |= static_cast<std::uint16_t>(votes[s] + votes[s + 1]) == wanted ? 1 : 0;
+    }
+  }
+  std::size_t s = block - kBlock;
+  while (votes[s] + votes[s + 1] != wanted) ++s;
+  return s;
+}
+
+/// The most votes of some slots side by side.
+int mostOfSlots(const std::vector<std::uint16_t>& votes, std::size_t slots) {
+  int sum = 0;
+  int most = 0;
+  for (std::size_t s = 0; s < votes.size(); ++s) {
+    sum += votes[s];
+    if (s >= slots) sum -= votes[s - slots];
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+/// The first of the largest.
+template <std::size_t kSize>
+SMOKE_GROUND_MULTIVERSION std::size_t placeOfMost(const std::array<int, kSize>& values) {
+  int most = values[0];
+  for (std::size_t k = 0; k < kSize; ++k) most = std::max(most, values[k]);
+  std::size_t place = 0;
+  while (values[place] != most) ++place;
+  return place;
+}
+
+SMOKE_GROUND_MULTIVERSION
+void markNear(const Line& line, const double* x, const double* y, std::size_t size, double half,
+              std::uint8_t* is_near) {
+  const Line to = line;
+  for (std::size_t k = 0; k < size; ++k) is_near[k] = to.distance(x[k], y[k]) < half ? 1 : 0;
 }
 
 }  // namespace
@@ -105,7 +161,7 @@ void LineWindows::findNearest(std::vector<float>* nearest) const {
   }
 }
 
-LineFinder::LineFinder() : normals_() {
+LineFinder::LineFinder() : normals_(), bests_(), unskipped_() {
   for (std::size_t i = 0; i < kAngles; ++i) {
     normals_[i] = Direction::fromDegrees(static_cast<double>(i));
   }
@@ -113,118 +169,137 @@ LineFinder::LineFinder() : normals_() {
 
 void LineFinder::find(const Posts& posts, Lines* lines) {
   lines->clear();
-  castVotes(posts);
-  is_left_.assign(posts.size(), 1);
-  is_skipped_.assign(posts.size(), 0);
-  while (lines->size() < kMostLines) {
-    use_.clear();
-    for (std::uint32_t i = 0; i < posts.size(); ++i) {
-      if (is_left_[i] != 0 && is_skipped_[i] == 0) use_.push_back(i);
-    }
-    if (use_.size() < kLineColumns) break;
+  start(posts);
+  while (lines->size() < kMostLines && used_.size() >= kLineColumns) {
     const Peak peak = strongest();
-    const Line line = refined(posts, peak);
-    collectNear(posts, line, kLineHalf);
-    const bool is_wall = isWall(posts, line);
-    if (!is_wall &&
-        (static_cast<std::size_t>(peak.weight) < kLineColumns * kPostPoints || near_.empty())) {
-      break;
+    const Line line = refined(peak);
+    collectNear(line, kLineHalf);
+    if (isWall(posts, line)) {
+      lines->nx.push_back(line.nx);
+      lines->ny.push_back(line.ny);
+      lines->rho.push_back(line.rho);
+      takeOut(Use::kNone);
+      giveBackSkipped();
+    } else {
+      const bool is_weak = static_cast<std::size_t>(peak.weight) < kLineColumns * kPostPoints;
+      if (is_weak || near_.empty()) break;
+      takeOut(Use::kSkipped);
     }
-    for (const std::uint32_t post : near_) {
-      (is_wall ? is_left_[post] = 0 : is_skipped_[post] = 1);
-      vote(post, -1);
-    }
-    if (!is_wall) continue;
-    lines->nx.push_back(line.nx);
-    lines->ny.push_back(line.ny);
-    lines->rho.push_back(line.rho);
-    for (std::uint32_t i = 0; i < posts.size(); ++i) {
-      if (is_left_[i] != 0 && is_skipped_[i] != 0) vote(i, 1);
-      is_skipped_[i] = 0;
-    }
+    gatherUsed(posts);
   }
 }
 
-void LineFinder::castVotes(const Posts& posts) {
-  double farthest = 0.0;
-  for (std::size_t i = 0; i < posts.size(); ++i) {
-    farthest = std::max(farthest, std::fabs(posts.x[i]) + std::fabs(posts.y[i]));
+void LineFinder::start(const Posts& posts) {
+  use_.assign(posts.size(), Use::kYes);
+  are_skipped_ = false;
+  gatherUsed(posts);
+  double square = 0.0;
+  for (std::size_t k = 0; k < x_.size(); ++k) {
+    square = std::max(square, x_[k] * x_[k] + y_[k] * y_[k]);
   }
+  const double farthest = std::sqrt(square);
   first_slot_ = -floorToInt(farthest * kSlotsPerMetre) - 2;
-  width_ = static_cast<std::size_t>(2 - 2 * first_slot_);
-  votes_.assign(kAngles * width_ + kBlock, 0);
-  slots_.resize(posts.size() * kAngles);
-  weight_.resize(posts.size());
-  for (std::size_t i = 0; i < posts.size(); ++i) {
-    weight_[i] = static_cast<int>(std::min(posts.count[i], kMostWeight));
-    slotsOf(normals_, posts.x[i], posts.y[i], first_slot_, &slots_[i * kAngles]);
-    vote(i, 1);
+  votes_.resize(static_cast<std::size_t>(2 - 2 * first_slot_) + kBlock);
+  boundVotes(farthest);
+}
+
+/// Counts the votes of one angle in five. What lies in a pair of slots of an angle beside lies in
+/// some more slots of that one.
+void LineFinder::boundVotes(double farthest) {
+  constexpr std::size_t kBeside = 2, kStep = 2 * kBeside + 1;
+  static_assert(kAngles % kStep == 0, "each angle belongs to one that is counted");
+  const double turn = normals_[kBeside].sine;
+  const auto more = static_cast<std::size_t>(2.0 * farthest * turn * kSlotsPerMetre);
+  for (std::size_t angle = kBeside; angle < kAngles; angle += kStep) {
+    search(angle);
+    const int bound = mostOfSlots(votes_, more + 5);
+    for (std::size_t k = 1; k <= kBeside; ++k) {
+      for (const std::size_t beside : {angle - k, angle + k}) {
+        bests_.most[beside] = bound;
+        bests_.is_new[beside] = false;
+      }
+    }
   }
 }
 
-void LineFinder::vote(std::size_t post, int sign) {
-  const int weight = sign * weight_[post];
-  const std::uint16_t* slots = &slots_[post * kAngles];
-  int* row = votes_.data();
-  for (std::size_t a = 0; a < kAngles; ++a, row += width_) row[slots[a]] += weight;
-  // What is taken away elsewhere leaves a row's best as it is.
-  const std::uint8_t adds = sign > 0 ? 1 : 0;
-  for (std::size_t a = 0; a < kAngles; ++a) {
-    const auto beside = static_cast<std::uint16_t>(slots[a] - row_at_[a]);
-    row_is_stale_[a] |= adds | static_cast<std::uint8_t>(beside <= 1);
+void LineFinder::gatherUsed(const Posts& posts) {
+  used_.clear();
+  for (std::uint32_t i = 0; i < posts.size(); ++i) {
+    if (use_[i] == Use::kYes) used_.push_back(i);
   }
-}
-
-SMOKE_GROUND_MULTIVERSION
-void LineFinder::searchRow(std::size_t angle) {
-  const int* votes = &votes_[angle * width_];
-  int best = -1;
-  for (std::size_t s = 0; s + 1 < width_; ++s) best = std::max(best, votes[s] + votes[s + 1]);
-  const auto is_in = [&](std::size_t begin) {
-    int found = 0;
-    for (std::size_t s = begin; s < begin + kBlock; ++s) found |= votes[s] + votes[s + 1] == best;
-    return found != 0;
-  };
-  std::size_t at = 0;
-  while (!is_in(at)) at += kBlock;
-  while (votes[at] + votes[at + 1] != best) ++at;
-  row_best_[angle] = best;
-  row_at_[angle] = static_cast<std::uint16_t>(at);
-  row_is_stale_[angle] = 0;
+  for (auto* values : {&x_, &y_}) values->resize(used_.size());
+  for (auto* values : {&weight_, &slot_}) values->resize(used_.size());
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    x_[k] = posts.x[used_[k]];
+    y_[k] = posts.y[used_[k]];
+    weight_[k] = static_cast<std::uint16_t>(std::min(posts.count[used_[k]], kMostWeight));
+  }
 }
 
 /// The strongest pair of slots side by side; among equals the smallest angle, then distance.
 LineFinder::Peak LineFinder::strongest() {
-  std::size_t best = 0;
-  for (std::size_t a = 0; a < kAngles; ++a) {
-    if (row_is_stale_[a] != 0) searchRow(a);
-    if (row_best_[a] > row_best_[best]) best = a;
+  while (true) {
+    const std::size_t angle = placeOfMost(bests_.most);
+    if (!bests_.is_new[angle]) {
+      search(angle);
+      continue;
+    }
+    const int slot = static_cast<int>(bests_.slot[angle]) + first_slot_ + 1;
+    return {angle, slot / kSlotsPerMetre, bests_.most[angle]};
   }
-  const int slot = row_at_[best] + first_slot_ + 1;
-  return {best, slot / kSlotsPerMetre, row_best_[best]};
+}
+
+/// Counts an angle's votes and takes their best.
+void LineFinder::search(std::size_t angle) {
+  slotsOf(normals_[angle], x_.data(), y_.data(), used_.size(), first_slot_, slot_.data());
+  std::fill(votes_.begin(), votes_.end(), std::uint16_t{0});
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    std::uint16_t& votes = votes_[slot_[k]];
+    votes = static_cast<std::uint16_t>(votes + weight_[k]);
+  }
+  const std::uint16_t most = mostOfPairs(votes_.data(), votes_.size() - 1);
+  bests_.most[angle] = most;
+  bests_.slot[angle] = firstPairOf(votes_.data(), most);
+  bests_.is_new[angle] = true;
+}
+
+void LineFinder::takeOut(Use use) {
+  if (use == Use::kSkipped && !are_skipped_) {
+    unskipped_ = bests_;
+    are_skipped_ = true;
+  }
+  for (const std::uint32_t k : near_) use_[used_[k]] = use;
+  bests_.is_new.fill(false);
+}
+
+void LineFinder::giveBackSkipped() {
+  if (!are_skipped_) return;
+  std::replace(use_.begin(), use_.end(), Use::kSkipped, Use::kYes);
+  bests_.most = unskipped_.most;
+  are_skipped_ = false;
 }
 
 /// Reweighted total least squares about a peak.
-Line LineFinder::refined(const Posts& posts, const Peak& peak) {
+Line LineFinder::refined(const Peak& peak) {
   Line line{normals_[peak.angle].cosine, normals_[peak.angle].sine, peak.rho};
   for (const double half : kHalves) {
-    collectNear(posts, line, half);
+    collectNear(line, half);
     if (near_.size() < 2) break;
     OrderedSum total, sum_x, sum_y;
-    for (const std::uint32_t i : near_) {
-      total.add(weight_[i]);
-      sum_x.add(weight_[i] * posts.x[i]);
-      sum_y.add(weight_[i] * posts.y[i]);
+    for (const std::uint32_t k : near_) {
+      total.add(weight_[k]);
+      sum_x.add(weight_[k] * x_[k]);
+      sum_y.add(weight_[k] * y_[k]);
     }
     const double mean_x = sum_x.value() / total.value();
     const double mean_y = sum_y.value() / total.value();
     OrderedSum xx, xy, yy;
-    for (const std::uint32_t i : near_) {
-      const double x = posts.x[i] - mean_x;
-      const double y = posts.y[i] - mean_y;
-      xx.add(weight_[i] * x * x);
-      xy.add(weight_[i] * x * y);
-      yy.add(weight_[i] * y * y);
+    for (const std::uint32_t k : near_) {
+      const double x = x_[k] - mean_x;
+      const double y = y_[k] - mean_y;
+      xx.add(weight_[k] * x * x);
+      xy.add(weight_[k] * x * y);
+      yy.add(weight_[k] * y * y);
     }
     const LeastAxis axis = leastAxis(xx.value(), xy.value(), yy.value());
     line = {axis.x, axis.y, axis.x * mean_x + axis.y * mean_y};
@@ -233,11 +308,10 @@ Line LineFinder::refined(const Posts& posts, const Peak& peak) {
 }
 
 /// Posts in use that lie near to a line, in their order.
-void LineFinder::collectNear(const Posts& posts, const Line& line, double half) {
-  near_.clear();
-  for (const std::uint32_t i : use_) {
-    if (line.distance(posts.x[i], posts.y[i]) < half) near_.push_back(i);
-  }
+void LineFinder::collectNear(const Line& line, double half) {
+  is_near_.resize(used_.size());
+  markNear(line, x_.data(), y_.data(), used_.size(), half, is_near_.data());
+  listWhere(is_near_, 1, 1, &near_);
 }
 
 /// Enough columns, and somewhere a dense enough stretch of them.
@@ -245,9 +319,10 @@ bool LineFinder::isWall(const Posts& posts, const Line& line) {
   std::size_t columns = 0;
   along_.clear();
   for (std::size_t k = 0; k < near_.size(); ++k) {
-    const std::size_t i = near_[k];
-    columns += k == 0 || posts.column[i] != posts.column[near_[k - 1]] ? 1U : 0U;
-    along_.push_back(line.nx * posts.y[i] - line.ny * posts.x[i]);
+    const std::size_t at = near_[k];
+    const auto column = [&](std::size_t of) { return posts.column[used_[near_[of]]]; };
+    columns += k == 0 || column(k) != column(k - 1) ? 1U : 0U;
+    along_.push_back(line.nx * y_[at] - line.ny * x_[at]);
   }
   if (columns < kLineColumns || line.rho < kNearest) return false;
   std::sort(along_.begin(), along_.end());
