@@ -138,6 +138,8 @@ class FloorRelief {
   void collectRiserCells();
   bool refineRiser(Line* line) const;
   bool placeStep(const Line& line);
+  bool isBehind(const ReliefGrid::Return& one, double from, double to, double far) const;
+  double platformHeight(double from, double to) const;
   bool stands(double from, double to);
   bool stepCarries(const Indices& group) const;
 

@@ -35,7 +35,9 @@ constexpr double kLineHalf = 0.03;  // returns of a riser lie so near to its lin
 constexpr std::size_t kLineCells = 8;
 constexpr double kLineLength = 1.5;  // [m]
 constexpr double kTopShare = 0.9;    // of the cells' tops lie below the platform
-constexpr double kBehind = 0.2;      // what lies so far behind a riser lies on its platform [m]
+constexpr double kOnTop = 0.05;      // so far behind and near its top: returns on its platform [m]
+constexpr std::size_t kFewestOnTop = 8;  // tell its height
+constexpr double kBehind = 0.2;          // what lies so far behind a riser lies on its platform [m]
 constexpr std::size_t kMostAgainst = 2;
 constexpr double kLower = 0.04;  // returns so far below a facet: the floor is lower there [m]
 constexpr std::size_t kFewestLower = 3;  // returns
@@ -187,15 +189,38 @@ bool FloorRelief::placeStep(const Line& line) {
   std::sort(sorted_.begin(), sorted_.end());
   const auto top = static_cast<std::size_t>(kTopShare * static_cast<double>(sorted_.size() - 1));
   step_ = {line.nx, line.ny, line.rho, sorted_[top], 0};
-  return stands(from, to);
+  if (!stands(from, to)) return false;
+  step_.height = platformHeight(from, to);
+  return true;
+}
+
+/// Does a return lie so far behind the riser, as far as it is seen to run?
+bool FloorRelief::isBehind(const ReliefGrid::Return& one, double from, double to,
+                           double far) const {
+  const double along = step_.nx * one.y - step_.ny * one.x;
+  return step_.side(one.x, one.y) > far && along > from && along < to;
+}
+
+/// The mean of what lies on the platform, no wall above it, if that is enough; else the riser's
+/// top, which noise lifts.
+double FloorRelief::platformHeight(double from, double to) const {
+  OrderedSum height;
+  for (const std::uint32_t i : grid_.off) {
+    const auto& one = grid_.returns[i];
+    const auto& cell = grid_.cells[one.cell];
+    if (!(cell.top < step_.height + kLower) || !(cell.top > kOnPlane)) continue;
+    if (!isBehind(one, from, to, kOnTop)) continue;
+    if (one.height > step_.height - kLower) height.add(one.height);
+  }
+  if (height.count() < kFewestOnTop) return step_.height;
+  return height.value() / static_cast<double>(height.count());
 }
 
 /// Does nothing behind a riser, as far as it is seen to run, lie lower than its top?
 bool FloorRelief::stands(double from, double to) {
   group_.clear();
   for (const auto& one : grid_.returns) {
-    const double along = step_.nx * one.y - step_.ny * one.x;
-    if (!(step_.side(one.x, one.y) > kBehind) || !(along > from) || !(along < to)) continue;
+    if (!isBehind(one, from, to, kBehind)) continue;
     if (one.height < step_.height - kLower) group_.push_back(one.cell);
   }
   std::sort(group_.begin(), group_.end());

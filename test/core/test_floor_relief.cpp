@@ -75,6 +75,24 @@ TEST(FloorRelief, TakesAPlatformsHeightFromItsRiser) {
   EXPECT_TRUE(relief.isFlat());
 }
 
+TEST(FloorRelief, TakesAPlatformsHeightFromItsReturnsWhereTheyAreFew) {
+  ReliefReturns returns;
+  addFloor(&returns, -2.0, 2.03, level);
+  for (double y = -1.2; y < 1.2; y += 0.05) {  // noise lifts the highest returns of a riser
+    for (const double z : {0.0, 0.04, 0.08, 0.12, 0.165}) add(&returns, 2.05, y, z);
+  }
+  for (int k = 0; k < 7; ++k) add(&returns, 2.3, -0.9 + 0.3 * k, 0.15);
+  for (double y = -1.0; y < 1.0; y += 0.1) {  // no floor: a wall's foot
+    for (double z = 0.14; z < 0.7; z += 0.04) add(&returns, 4.5, y, z);
+  }
+  FloorRelief relief;
+  relief.find(returns);
+  EXPECT_NEAR(relief.at(3.0, 0.0), 0.165, 1e-6);  // seven may be anything
+  add(&returns, 2.5, 0.1, 0.15);
+  relief.find(returns);
+  EXPECT_NEAR(relief.at(3.0, 0.0), 0.15, 1e-6);
+}
+
 TEST(FloorRelief, IsLessSureFartherFromMeasuredFloorAndOnSlopes) {
   ReliefReturns flat, sloped;
   addFloor(&flat, -3.0, 2.0, level);

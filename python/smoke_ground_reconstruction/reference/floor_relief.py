@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..params import RoomBoundaryParams
-from .relief_facets import find_creases, find_facets, find_step, lowered
+from .relief_facets import ON_PLANE, find_creases, find_facets, find_step, lowered
 
 CELL = 0.2
 SIDE = 128  # cells along each side of the grid, the sensor in its middle
@@ -21,7 +21,6 @@ _LOWEST, _HIGHEST = -0.09, 0.8  # heights that are looked at [m]
 _NEAREST = 0.5  # planar range [m]
 _POINTS = 4  # of a cell
 _SPREAD = 0.04  # between the tenth and ninetieth percentile of a cell's heights [m]
-_ON_PLANE = 0.03
 _SLACK = 0.015  # of the rise between neighbouring cells [m]
 _NEAR = 0.45  # returns on the floor drawn on lie so near to measured floor [m]
 _HOP = 2  # cells without returns between two rings
@@ -107,7 +106,7 @@ class FloorRelief:
             return on
         nearest, away = self._nearest(xy[low])
         over = self._at(xy[low], nearest)
-        on[low] = (over != 0.0) & (np.abs(height[low] - over) < _ON_PLANE) & (away < _NEAR)
+        on[low] = (over != 0.0) & (np.abs(height[low] - over) < ON_PLANE) & (away < _NEAR)
         return on
 
     def is_riser(self, xy, height):
@@ -151,7 +150,7 @@ def find_relief(xy, height, planar, params=None):
     inside = (planar > _NEAREST) & np.all(np.abs(xy) < REACH, axis=1)
     inside &= (height > _LOWEST) & (height < _HIGHEST)
     grid = _Grid(xy[inside], height[inside])
-    on_plane = grid.even & (np.abs(grid.median) <= _ON_PLANE)
+    on_plane = grid.even & (np.abs(grid.median) <= ON_PLANE)
     step = find_step(grid, params.max_step_height)
     floor = _floor_cells(grid, on_plane, step, params)
     raised = floor & ~on_plane
@@ -179,7 +178,7 @@ def _joined(facets, step):
     """Facets with that of the step's platform, and the step with its number."""
     for number in range(1, len(facets)):
         a, b, c = facets[number]
-        if a == 0.0 and b == 0.0 and abs(c - step.height) < _ON_PLANE:
+        if a == 0.0 and b == 0.0 and abs(c - step.height) < ON_PLANE:
             return facets, step.onto(number)
     return np.vstack([facets, [0.0, 0.0, step.height]]), step.onto(len(facets))
 
@@ -236,7 +235,7 @@ class _Grid:
         self.even = np.zeros(SIDE * SIDE, bool)
         self.even[some] = (count >= _POINTS) & (spread < _SPREAD)
         # No need to rank what lies on the plane altogether.
-        on_plane = (self.count >= _POINTS) & (self.bottom > -_ON_PLANE) & (self.top < _ON_PLANE)
+        on_plane = (self.count >= _POINTS) & (self.bottom > -ON_PLANE) & (self.top < ON_PLANE)
         self.even[on_plane], self.median[on_plane] = True, 0.0
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from .ordered import least_axis, ordered_sum
 from .predicates import Direction
 
+ON_PLANE = 0.03  # a cell so near to the floor's plane lies on it [m]
 _INLIER = 0.015  # a cell lies on a facet if its mean height is so near [m]
 _FEWEST = 6  # cells of a facet
 _MOST_FACETS = 6
@@ -31,6 +32,8 @@ _LINE_HALF = 0.03  # returns of a riser lie so near to its line [m]
 _LINE_CELLS = 8
 _LINE_LENGTH = 1.5  # [m]
 _TOP_SHARE = 0.9  # of the cells' tops lie below the platform
+_ON_TOP = 0.05  # returns so far behind a riser, near its top's height, lie on its platform [m]
+_FEWEST_ON_TOP = 8  # tell the platform's height
 _BEHIND = 0.2  # floor cells so far behind a riser lie on its platform [m]
 _MOST_AGAINST = 2  # cells behind a riser that lie lower than its top
 _LOWER = 0.04  # returns so far below a facet show that the floor is lower there [m]
@@ -207,7 +210,9 @@ def find_step(grid, max_height):
     span = along[len(along) // 20], along[-1 - len(along) // 20]
     tops = np.sort(grid.top[cells])
     step = Step(*line, float(tops[int(_TOP_SHARE * (len(tops) - 1))]))
-    return step if span[1] - span[0] >= _LINE_LENGTH and _stands(grid, step, span) else None
+    if span[1] - span[0] < _LINE_LENGTH or not _stands(grid, step, span):
+        return None
+    return replace(step, height=_platform_height(grid, step, span))
 
 
 def _straightest(x, y, cell):
@@ -248,11 +253,25 @@ def _line_through(x, y):
     return (nx, ny, rho) if rho >= 0.0 else (-nx, -ny, -rho)
 
 
+def _behind(grid, step, span, far):
+    """Returns so far behind a riser, as far as it is seen to run."""
+    along = step.nx * grid.y - step.ny * grid.x
+    return (step.side(grid.x, grid.y) > far) & (along > span[0]) & (along < span[1])
+
+
+def _platform_height(grid, step, span):
+    """The mean of what lies on the platform, no wall above it, if that is enough; else the riser's
+    top, which noise lifts."""
+    top = grid.top[grid.cell]
+    on = _behind(grid, step, span, _ON_TOP) & (top > ON_PLANE) & (top < step.height + _LOWER)
+    on &= grid.height > step.height - _LOWER
+    count = np.count_nonzero(on)
+    return ordered_sum(grid.height[on]) / count if count >= _FEWEST_ON_TOP else step.height
+
+
 def _stands(grid, step, span):
     """Does nothing behind a riser, as far as it is seen to run, lie lower than its top?"""
-    along = step.nx * grid.y - step.ny * grid.x
-    behind = (step.side(grid.x, grid.y) > _BEHIND) & (along > span[0]) & (along < span[1])
-    lower = behind & (grid.height < step.height - _LOWER)
+    lower = _behind(grid, step, span, _BEHIND) & (grid.height < step.height - _LOWER)
     against = np.unique(grid.cell[lower])
     return len(against) <= _MOST_AGAINST
 
