@@ -35,10 +35,12 @@ def output_of(surface, **more):
     return methods.Output(surface=np.asarray(surface, dtype=float), **more)
 
 
-def scored(surface, survivors=None, **more):
+def scored(surface, survivors=None, hard=None, **more):
+    xyz, _ = square_room()
     return overlay.score(
         room(),
-        square_room()[0][:10] if survivors is None else survivors,
+        xyz[:10] if survivors is None else survivors,
+        xyz if hard is None else hard,
         output_of(surface, **more),
     )
 
@@ -70,6 +72,43 @@ def test_recovered_is_the_share_of_the_clear_floor():
     assert found["plane_height"] is None
 
 
+def test_knowable_are_cells_before_what_is_seen_and_cells_seen_themselves():
+    """Of the walls that at x = 2 alone is left: it tells of the quarter of the floor before it, and
+    of the cells its edges cut. Four returns at (-1.1, 0.1) tell of their own cell, and of nothing
+    behind it."""
+    xyz, is_floor = square_room()
+    cells = room().cells[0.2]
+    wall = xyz[~is_floor & (xyz[:, 0] == 2.0)]
+    east = overlay.is_knowable(cells, 0.2, wall)
+    middle = 0.2 * (cells + 0.5)
+    is_before = middle[:, 0] > np.abs(middle[:, 1])
+    assert east[is_before].all()
+    outside = np.abs(middle[:, 1]) - middle[:, 0]
+    assert not east[outside > 0.41].any()  # farther than a cell's diagonal and a column
+    lone = np.array([[-1.1, 0.1 + 0.01 * k, -0.5] for k in range(4)])
+    west = overlay.is_knowable(cells, 0.2, np.vstack([wall, lone])) & ~east
+    assert west[(cells == [-6, 0]).all(axis=1)].all()
+    assert not west[middle[:, 0] < -1.2].any()
+
+
+def test_recovered_of_the_knowable_leaves_out_what_no_return_tells():
+    """Floor is claimed where x > 0, 200 of 400 cells; the walls left tell of these alone, and of
+    two behind the sensor that touch its foot."""
+    xyz, is_floor = square_room()
+    floor = xyz[is_floor]
+    ahead = np.abs(np.arctan2(xyz[:, 1], xyz[:, 0])) < np.radians(89.0)
+    found = scored(floor[floor[:, 0] > 0], survivors=floor[:1], hard=xyz[~is_floor & ahead])
+    assert found["recovered@0.2"] == pytest.approx(0.5)
+    assert found["knowable@0.2"] == pytest.approx(202 / 400)
+    assert found["recovered_knowable@0.2"] == pytest.approx(200 / 202)
+
+
+def test_nothing_is_knowable_where_no_return_is_left():
+    found = scored([[0.5, 0.5, -0.49]], hard=np.zeros((0, 3)))
+    assert found["knowable@0.2"] == 0.0
+    assert found["recovered_knowable@0.2"] is None
+
+
 def test_claims_beyond_the_wall_are_counted_from_0_2_m():
     """Beyond the wall at x = 2: by 0.15 m, and three cells by 0.25, 0.35 and 0.95 m."""
     found = scored([[x, 0.05, -0.5] for x in (2.15, 2.25, 2.35, 2.95)])
@@ -87,7 +126,7 @@ def test_claims_behind_something_near_are_in_its_shadow():
     seen = np.vstack([xyz[~hidden], post])
     found = overlay.ClearRoom.of(seen, np.arange(len(seen)) < np.count_nonzero(is_floor & ~hidden))
     claims = output_of([[1.55, 0.05, -0.5], [1.95, 0.05, -0.5], [2.55, 0.05, -0.5]])
-    scores = overlay.score(found, xyz[:10], claims)
+    scores = overlay.score(found, xyz[:10], xyz, claims)
     assert (scores["beyond_cells"], scores["shadow_cells"]) == (3, 2)
 
 
@@ -125,8 +164,10 @@ def test_clear_scan_against_itself_is_whole(real_scan):
     recording = open_recording(real_scan)
     xyz = recording.recorded.directions * recording.recorded.ranges[:, None]
     floor = xyz[recording.room.is_floor]
-    found = overlay.score(recording.room, floor, output_of(floor, floor_plane=recording.room.plane))
+    output = output_of(floor, floor_plane=recording.room.plane)
+    found = overlay.score(recording.room, floor, xyz, output)
     assert (found["recovered@0.2"], found["raw@0.1"]) == (1.0, 1.0)
+    assert (found["knowable@0.2"], found["recovered_knowable@0.2"]) == (1.0, 1.0)
     assert found["plane_height"] == 0.0
     assert found["beyond_cells"] < 5  # cells of the two farthest returns of a column
 

@@ -110,6 +110,22 @@ def cells_of(xyz, cell, at_least=1):
     return at[count >= at_least]
 
 
+def is_knowable(cells, cell, hard):
+    """(K,) bool: can what the smoke left tell of cells (K, 2) of an edge [m]?
+
+    As in simulated rooms: where something at least as far away, a wall, a ceiling or floor, is
+    still seen in the azimuth column of a cell's middle or of one of its corners, or a return in the
+    cell itself. `hard` (N, 3): all returns that are not of smoke.
+    """
+    held = {tuple(at) for at in cells_of(hard, cell)}
+    found = np.array([tuple(at) in held for at in cells], dtype=bool)
+    reach = reach_of(hard)
+    for corner in ((0.5, 0.5), (0, 0), (0, 1), (1, 0), (1, 1)):
+        place = (cells + corner) * cell
+        found |= np.hypot(place[:, 0], place[:, 1]) <= reach[_column(place)]
+    return found
+
+
 def reach_of(xyz):
     """(360,) planar range of the REACH_RANK-th farthest return of each column [m]."""
     planar, column = np.hypot(xyz[:, 0], xyz[:, 1]), _column(xyz)
@@ -141,32 +157,34 @@ def _column(xyz):
     return np.minimum(azimuth / COLUMN_DEG, 360.0 / COLUMN_DEG - 1).astype(int)
 
 
-def share_of_cells(room, xyz, cell):
-    """Share of the clear scan's floor cells that hold points (N, 3)."""
+def held_cells(wanted, xyz, cell):
+    """(K,) bool: which of some cells (K, 2) hold points (N, 3)?"""
     claimed = {tuple(at) for at in cells_of(xyz, cell)}
-    wanted = room.cells[cell]
-    return sum(tuple(at) in claimed for at in wanted) / len(wanted)
+    return np.array([tuple(at) in claimed for at in wanted], dtype=bool)
 
 
-def score(room, survivors, output):
+def score(room, survivors, hard, output):
     """One output on one scan in smoke.
 
     Args:
         room: ClearRoom.
         survivors: (N, 3) the floor returns that the smoke let through [m].
+        hard: (M, 3) all returns that it let through, walls' and furniture's, too [m].
         output: methods.Output with a surface.
 
     Returns:
         Plain numbers by name, metres and degrees; None where there is nothing to measure:
         floor_returns, span; raw@CELL, recovered@CELL: share of the clear scan's floor cells held by
-        survivors and by the output; beyond_cells, beyond_max: claimed 0.1 m cells more than BEYOND
-        beyond the reach, and the farthest claim beyond it; shadow_cells: those of them that are not
-        beyond the reach with its shadows filled; unseen_cells: claimed cells in columns
-        of which the recording has nothing; plane_height, plane_tilt_deg: the output's plane minus
-        the clear scan's, straight below the sensor, and the angle between them; plane_asked: do
-        enough survivors lie far enough apart; height_max: largest distance of the surface from the
-        clear scan's plane, in the mean of one of its cells; within_2_sigma: share of these cells no
-        farther from it than two of their own sigma.
+        survivors and by the output; knowable@CELL: share of them of which any return tells, see
+        is_knowable(); recovered_knowable@CELL: share of these held by the output; beyond_cells,
+        beyond_max: claimed 0.1 m cells more than BEYOND beyond the reach, and the farthest claim
+        beyond it; shadow_cells: those of them that are not beyond the reach with its shadows
+        filled; unseen_cells: claimed cells in columns of which the recording has nothing;
+        plane_height, plane_tilt_deg: the output's plane minus the clear scan's, straight below the
+        sensor, and the angle between them; plane_asked: do enough survivors lie far enough apart;
+        height_max: largest distance of the surface from the clear scan's plane, in the mean of one
+        of its cells; within_2_sigma: share of these cells no farther from it than two of their own
+        sigma.
     """
     surface = finite_points(output.surface)
     beyond = room.beyond(surface)
@@ -183,8 +201,13 @@ def score(room, survivors, output):
         "unseen_cells": len(cells_of(surface[np.isnan(beyond)], 0.1)),
     }
     for cell in CELL_SIZES:
-        found[f"raw@{cell:g}"] = share_of_cells(room, survivors, cell)
-        found[f"recovered@{cell:g}"] = share_of_cells(room, surface, cell)
+        wanted = room.cells[cell]
+        held, knowable = held_cells(wanted, surface, cell), is_knowable(wanted, cell, hard)
+        found[f"raw@{cell:g}"] = float(np.mean(held_cells(wanted, survivors, cell)))
+        found[f"recovered@{cell:g}"] = float(np.mean(held))
+        found[f"knowable@{cell:g}"] = float(np.mean(knowable))
+        of_knowable = float(np.mean(held[knowable])) if knowable.any() else None
+        found[f"recovered_knowable@{cell:g}"] = of_knowable
     return {**found, **_plane_errors(room, output.floor_plane), **_heights(room, output)}
 
 
@@ -296,3 +319,8 @@ class Recording:
 def survivors_of(scan):
     """(N, 3) float64 the floor returns of a ScanInput made by Recording.in_smoke()."""
     return scan.xyz[scan.truth == Truth.FLOOR].astype(np.float64)
+
+
+def hard_returns_of(scan):
+    """(N, 3) float64 all of its returns that are not of smoke."""
+    return scan.xyz[scan.truth != Truth.SMOKE].astype(np.float64)

@@ -13,6 +13,7 @@ from smoke_ground_reconstruction.evaluation.overlay import (
     MIN_RETURNS,
     MIN_SPAN,
     cells_of,
+    hard_returns_of,
     score,
     survivors_of,
 )
@@ -44,7 +45,7 @@ def _scores(recording, scan, name):
         output = method(name).run(scan)
     except ValueError as error:
         return {"error": str(error)}
-    return {"scores": score(recording.room, survivors_of(scan), output)}
+    return {"scores": score(recording.room, survivors_of(scan), hard_returns_of(scan), output)}
 
 
 def table(records):
@@ -56,10 +57,12 @@ def table(records):
         ).items()
     ]
     columns = ["method", "recording", "smoke", "scans", "floor returns", "survivors 0.2 m"]
-    columns += ["recovered 0.2 m", "recovered 0.1 m", "beyond (in shadow)", "farthest [m]"]
+    columns += ["recovered 0.2 m", "of the knowable", "knowable", "recovered 0.1 m"]
+    columns += ["beyond (in shadow)", "farthest [m]"]
     columns += ["plane height [mm]", "tilt [deg]", "as asked", "within 2 sigma"]
     note = (
-        "Shares of the clear scan's floor cells, mean / worst scan; cells of 0.1 m claimed more"
+        "Shares of the clear scan's floor cells, mean / worst scan; knowable: cells of 0.2 m in the"
+        " columns of which something as far away is still seen; cells of 0.1 m claimed more"
         f" than {BEYOND} m beyond the clear scan's reach (in the shadow of something near: between"
         " what is seen to either side of it), worst scan; plane against the clear scan's, worst"
         f" scan; as asked: scans within {1e3 * MAX_HEIGHT_ERROR:.0f} mm and"
@@ -74,13 +77,16 @@ def _figures(scores):
         return [score[name] for score in scores if score[name] is not None]
 
     def both(name):
+        if not values(name):
+            return NOTHING
         return f"{np.mean(values(name)):.2f} / {min(values(name)):.2f}"
 
     height, tilt = values("plane_height"), values("plane_tilt_deg")
     asked = [score for score in scores if score["plane_asked"]]
     return [
         f"{np.mean(values('floor_returns')):.0f}",
-        *(both(name) for name in ("raw@0.2", "recovered@0.2", "recovered@0.1")),
+        *map(both, ("raw@0.2", "recovered@0.2", "recovered_knowable@0.2", "knowable@0.2")),
+        both("recovered@0.1"),
         f"{max(values('beyond_cells'))} ({max(values('shadow_cells'))})",
         number(max(values("beyond_max"))),
         f"{1e3 * max(height, key=abs):+.1f}" if height else NOTHING,
