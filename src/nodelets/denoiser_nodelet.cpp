@@ -7,8 +7,8 @@
 #include "smoke_ground_reconstruction/agdor_filter.hpp"
 #include "smoke_ground_reconstruction/pcl/engines.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
+#include "smoke_ground_reconstruction/ros/cut_cloud.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
-#include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/ros/scan_layout.hpp"
 #include "smoke_ground_reconstruction/ros/tunable_params.hpp"
 
@@ -22,8 +22,8 @@ class DenoiserNodelet : public LazyNodelet {
   }
 
   void advertiseOutputs() override {
-    denoised_pub_ = advertiseOutput<sensor_msgs::PointCloud2>("denoised");
-    noise_pub_ = advertiseOutput<sensor_msgs::PointCloud2>("noise");
+    denoised_pub_ = advertiseOutput<CutCloud>("denoised");
+    noise_pub_ = advertiseOutput<CutCloud>("noise");
   }
 
   void startListening() override {
@@ -39,7 +39,7 @@ class DenoiserNodelet : public LazyNodelet {
   }
 
   Kept denoise(const sensor_msgs::PointCloud2ConstPtr& msg, StageTiming& timing) {
-    timing.received(*msg);
+    timing.received(addressOf(*msg));
     const CloudView cloud(*msg);
     if (!cloud.hasRing()) warnOfDerivedRings(*msg);
     const auto layout = layouts_.take(msg, cloud);
@@ -47,18 +47,19 @@ class DenoiserNodelet : public LazyNodelet {
     const Scan& scan = layout ? layout->scan : own;
     timing.finish("organise", cloud.size(), cloud.size());
 
-    const auto labels = AgdorFilter(*params_->get(), makeKdTreeCounter).classify(scan);
+    const auto findings = std::make_shared<PointFindings>();
+    auto& labels = findings->labels;
+    labels = AgdorFilter(*params_->get(), makeKdTreeCounter).classify(scan);
     const auto kept =
         static_cast<std::size_t>(std::count(labels.begin(), labels.end(), Label::kKept));
     timing.finish("denoise", cloud.size(), kept);
 
-    if (layout) layout->labels = labels;
     const auto rings = missingRing(cloud);
     publishIfHeard(denoised_pub_, timing, [&] {
-      return selectPoints(cloud, labels, Label::kKept, rings, denoised_pool_.take(layout));
+      return denoised_cutter_.cut(cloud, layout, findings, Label::kKept, rings);
     });
     publishIfHeard(noise_pub_, timing, [&] {
-      return selectPoints(cloud, labels, Label::kNoise, rings, noise_pool_.take());
+      return noise_cutter_.cut(cloud, layout, findings, Label::kNoise, rings);
     });
     timing.finish("publish", kept, kept);
     return {cloud.size(), kept};
@@ -68,8 +69,8 @@ class DenoiserNodelet : public LazyNodelet {
   ros::Publisher denoised_pub_;
   ros::Publisher noise_pub_;
   LayoutPool layouts_;
-  CarrierPool denoised_pool_;
-  MessagePool<sensor_msgs::PointCloud2> noise_pool_;
+  CloudCutter denoised_cutter_;
+  CloudCutter noise_cutter_;
   ros::Subscriber input_sub_;
 };
 

@@ -13,6 +13,7 @@
 #include "smoke_ground_reconstruction/polar_segments.hpp"
 #include "smoke_ground_reconstruction/room_boundary.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
+#include "smoke_ground_reconstruction/ros/cut_cloud.hpp"
 #include "smoke_ground_reconstruction/ros/floor_markers.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
 #include "smoke_ground_reconstruction/ros/message_pool.hpp"
@@ -29,10 +30,11 @@ namespace {
 using sensor_msgs::PointCloud2;
 using sensor_msgs::PointCloud2ConstPtr;
 
-void checkFrame(const PointCloud2& scan, const PointCloud2& part, const char* topic) {
-  if (part.header.frame_id == scan.header.frame_id) return;
-  throw std::invalid_argument(std::string(topic) + " is in frame '" + part.header.frame_id +
-                              "', ~input in '" + scan.header.frame_id + "'");
+void checkFrame(const PointCloud2& scan, const CutCloud& part, const char* topic) {
+  const std::string& frame = part.message.header.frame_id;
+  if (frame == scan.header.frame_id) return;
+  throw std::invalid_argument(std::string(topic) + " is in frame '" + frame + "', ~input in '" +
+                              scan.header.frame_id + "'");
 }
 
 }  // namespace
@@ -102,14 +104,14 @@ class ReconstructorNodelet : public LazyNodelet {
     handleScan(raw->header, [&](StageTiming& timing) { return findRoom(*raw, timing); });
   }
 
-  void onParts(const PointCloud2ConstPtr& raw, const PointCloud2ConstPtr& ground,
-               const PointCloud2ConstPtr& walls) {
+  void onParts(const PointCloud2ConstPtr& raw, const CutCloudConstPtr& ground,
+               const CutCloudConstPtr& walls) {
     handleScan(raw->header,
-               [&](StageTiming& timing) { return fillSegments(raw, ground, *walls, timing); });
+               [&](StageTiming& timing) { return fillSegments(raw, *ground, *walls, timing); });
   }
 
   Kept findRoom(const PointCloud2& raw, StageTiming& timing) {
-    timing.received(raw);
+    timing.received(addressOf(raw));
     const CloudView cloud(raw);
     if (!cloud.hasRing()) warnOfDerivedRings(raw);
     const auto params = params_->get();
@@ -142,24 +144,26 @@ class ReconstructorNodelet : public LazyNodelet {
     }
   }
 
-  Kept fillSegments(const PointCloud2ConstPtr& raw, const PointCloud2ConstPtr& ground,
-                    const PointCloud2& walls, StageTiming& timing) {
-    for (const PointCloud2* cloud : {raw.get(), ground.get(), &walls}) timing.received(*cloud);
+  Kept fillSegments(const PointCloud2ConstPtr& raw, const CutCloud& ground, const CutCloud& walls,
+                    StageTiming& timing) {
+    for (const auto address : {addressOf(*raw), addressOf(ground), addressOf(walls)}) {
+      timing.received(address);
+    }
     health().tell({}, "");
-    checkFrame(*raw, *ground, "~ground");
+    checkFrame(*raw, ground, "~ground");
     checkFrame(*raw, walls, "~walls");
     const auto params = params_->get();
     const CloudView scan(*raw);
-    const CloudView ground_view(*ground);
-    const CloudView walls_view(walls);
     const Mounting mounting = mounting_->at(raw->header, params->sensor_height);
-    const SensorModel& sensor = observe(raw, scan.scan(), layoutOf(ground));
+    const SensorModel& sensor = observe(raw, scan.scan(), ground.layout);
     timing.finish("organise", scan.size(), scan.size());
 
+    const CutView ground_view(ground);
+    const CutView walls_view(walls);
     const FloorSurface surface =
         PolarSegments(params->polar_segments)
             .reconstruct(ground_view.scan(), walls_view.scan(), sensor, mounting);
-    timing.finish("reconstruct", ground_view.size() + walls_view.size(), surface.size());
+    timing.finish("reconstruct", ground_view.scan().size + walls_view.scan().size, surface.size());
 
     const auto grid = [&] {
       return rasterize(surface, walls_view.scan(), mounting, params->occupancy_resolution);
@@ -189,7 +193,7 @@ class ReconstructorNodelet : public LazyNodelet {
     timing.finish("publish", surface.size(), surface.size());
   }
 
-  using Policy = message_filters::sync_policies::ExactTime<PointCloud2, PointCloud2, PointCloud2>;
+  using Policy = message_filters::sync_policies::ExactTime<PointCloud2, CutCloud, CutCloud>;
   using Synchronizer = message_filters::Synchronizer<Policy>;
   // Raw scans wait here for the stages before. Each of the two holds one scan in work and one in
   // its queue: at 10 Hz this lets a stage take a second, and on a match what is older is let go.
@@ -200,7 +204,8 @@ class ReconstructorNodelet : public LazyNodelet {
   std::unique_ptr<TunableParams<ReconstructorConfig>> params_;
   ros::Publisher surface_pub_, occupancy_pub_, boundary_pub_, polygon_pub_, markers_pub_;
   MessagePool<PointCloud2> surface_pool_;
-  message_filters::Subscriber<PointCloud2> raw_sub_, ground_sub_, walls_sub_;
+  message_filters::Subscriber<PointCloud2> raw_sub_;
+  message_filters::Subscriber<CutCloud> ground_sub_, walls_sub_;
   std::unique_ptr<Synchronizer> sync_;
   ros::Subscriber raw_alone_sub_;
   ros::WallTimer switch_timer_;

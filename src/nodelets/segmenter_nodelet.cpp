@@ -1,5 +1,3 @@
-#include <sensor_msgs/PointCloud2.h>
-
 #include <algorithm>
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
@@ -8,8 +6,8 @@
 #include "smoke_ground_reconstruction/channel_segmentation.hpp"
 #include "smoke_ground_reconstruction/pcl/engines.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
+#include "smoke_ground_reconstruction/ros/cut_cloud.hpp"
 #include "smoke_ground_reconstruction/ros/lazy_nodelet.hpp"
-#include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/ros/mounting_source.hpp"
 #include "smoke_ground_reconstruction/ros/scan_layout.hpp"
 #include "smoke_ground_reconstruction/ros/sensor_models.hpp"
@@ -25,6 +23,14 @@ std::vector<Label> returnsOf(const Scan& scan) {
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (scan.valid[i] != 0) labels[i] = Label::kKept;
   }
+  return labels;
+}
+
+// Of a scan that was laid out: kept is what was cut from it.
+std::vector<Label> denoisedOf(const CutCloud& cut) {
+  std::vector<Label> labels = cut.findings->labels;
+  if (cut.label == Label::kKept) return labels;
+  for (Label& label : labels) label = label == cut.label ? Label::kKept : Label::kNoise;
   return labels;
 }
 
@@ -51,8 +57,8 @@ class SegmenterNodelet : public LazyNodelet {
   }
 
   void advertiseOutputs() override {
-    ground_pub_ = advertiseOutput<sensor_msgs::PointCloud2>("ground");
-    walls_pub_ = advertiseOutput<sensor_msgs::PointCloud2>("walls");
+    ground_pub_ = advertiseOutput<CutCloud>("ground");
+    walls_pub_ = advertiseOutput<CutCloud>("walls");
   }
 
   void startListening() override {
@@ -62,25 +68,26 @@ class SegmenterNodelet : public LazyNodelet {
 
   void stopListening() override { input_sub_.shutdown(); }
 
-  void onCloud(const sensor_msgs::PointCloud2ConstPtr& msg) {
+  void onCloud(const CutCloudConstPtr& cut) {
     health().inputArrived();
-    handleScan(msg->header, [&](StageTiming& timing) { return segment(msg, timing); });
+    handleScan(cut->message.header, [&](StageTiming& timing) { return segment(*cut, timing); });
   }
 
-  Kept segment(const sensor_msgs::PointCloud2ConstPtr& msg, StageTiming& timing) {
-    timing.received(*msg);
-    const Mounting mounting = mounting_->at(msg->header, Mounting().sensor_height);
-    if (const auto layout = layoutOf(msg)) {
+  Kept segment(const CutCloud& cut, StageTiming& timing) {
+    timing.received(addressOf(cut));
+    const std_msgs::Header& header = cut.message.header;
+    const Mounting mounting = mounting_->at(header, Mounting().sensor_height);
+    if (const auto& layout = cut.layout) {
       const CloudView cloud(*layout->message);
       const SensorModel& sensor =
-          sensors_->observe(msg->header.frame_id, cloud.scan(), layout->points_by_ring);
+          sensors_->observe(header.frame_id, cloud.scan(), layout->points_by_ring);
       const Scan turned(mounting.isLevel() ? ScanView() : cloud.scan(), mounting);
       const Scan& scan = mounting.isLevel() ? layout->scan : turned;
-      return segment(cloud, scan, layout->labels, sensor, layout, timing);
+      return segment(cloud, scan, denoisedOf(cut), sensor, layout, timing);
     }
-    const CloudView cloud(*msg);
-    if (!cloud.hasRing()) warnOfDerivedRings(*msg);
-    const SensorModel& sensor = sensors_->observe(msg->header.frame_id, cloud.scan());
+    const CloudView cloud(cut.message);
+    if (!cloud.hasRing()) warnOfDerivedRings(cut.message);
+    const SensorModel& sensor = sensors_->observe(header.frame_id, cloud.scan());
     const Scan scan(cloud.scan(), mounting);
     return segment(cloud, scan, returnsOf(scan), sensor, nullptr, timing);
   }
@@ -92,32 +99,32 @@ class SegmenterNodelet : public LazyNodelet {
     const std::size_t size = count(denoised, Label::kKept);
     timing.finish("organise", size, size);
 
-    auto labels = ChannelSegmentation(params->segmentation).classify(scan, denoised, sensor);
+    const auto findings = std::make_shared<PointFindings>();
+    auto& [labels, clusters] = *findings;
+    labels = ChannelSegmentation(params->segmentation).classify(scan, denoised, sensor);
     const std::size_t walls = count(labels, Label::kWall);
     const std::size_t ground = count(labels, Label::kGround);
     timing.finish("segment", size, ground + walls);
 
-    const auto clusters =
-        WallClustering(params->clustering, findComponentsWithPcl).cluster(scan, labels);
+    clusters = WallClustering(params->clustering, findComponentsWithPcl).cluster(scan, labels);
     dropUnclustered(clusters, labels);
     const std::size_t kept = ground + count(labels, Label::kWall);
     timing.finish("cluster", walls, kept - ground);
 
-    publish(cloud, labels, clusters, layout, timing);
+    publish(cloud, layout, findings, timing);
     timing.finish("publish", kept, kept);
     return {size, kept};
   }
 
-  void publish(const CloudView& cloud, const std::vector<Label>& labels,
-               const std::vector<std::uint32_t>& clusters, const ScanLayoutConstPtr& layout,
-               StageTiming& timing) {
+  void publish(const CloudView& cloud, const ScanLayoutConstPtr& layout,
+               const PointFindingsConstPtr& findings, StageTiming& timing) {
     auto fields = missingRing(cloud);
     publishIfHeard(ground_pub_, timing, [&] {
-      return selectPoints(cloud, labels, Label::kGround, fields, ground_pool_.take(layout));
+      return ground_cutter_.cut(cloud, layout, findings, Label::kGround, fields);
     });
-    fields.push_back(AppendedField::of("cluster", clusters));
+    fields.push_back(AppendedField::of("cluster", findings->clusters));
     publishIfHeard(walls_pub_, timing, [&] {
-      return selectPoints(cloud, labels, Label::kWall, fields, walls_pool_.take());
+      return walls_cutter_.cut(cloud, layout, findings, Label::kWall, fields);
     });
   }
 
@@ -126,8 +133,8 @@ class SegmenterNodelet : public LazyNodelet {
   std::unique_ptr<TunableParams<SegmenterConfig>> params_;
   ros::Publisher ground_pub_;
   ros::Publisher walls_pub_;
-  CarrierPool ground_pool_;
-  MessagePool<sensor_msgs::PointCloud2> walls_pool_;
+  CloudCutter ground_cutter_;
+  CloudCutter walls_cutter_;
   ros::Subscriber input_sub_;
 };
 

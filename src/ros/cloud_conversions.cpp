@@ -137,21 +137,6 @@ PointField appendedField(const PointCloud2& cloud, const AppendedField& appended
   return field;
 }
 
-// Gives a cut cloud all but its points.
-void frameLike(const PointCloud2& cloud, const std::vector<AppendedField>& appended,
-               PointCloud2* cut) {
-  cut->header = cloud.header;
-  cut->fields = cloud.fields;
-  cut->point_step = cloud.point_step;
-  for (const AppendedField& field : appended) {
-    cut->fields.push_back(appendedField(cloud, field, cut->point_step));
-    cut->point_step += static_cast<std::uint32_t>(field.size);
-  }
-  cut->height = 1;
-  cut->is_bigendian = false;
-  cut->is_dense = true;  // a label other than kInvalid is given to finite points alone
-}
-
 // Copies one point or value. Of the sizes that drivers' points and our values have the compiler
 // knows the moves, and calls no function.
 void copyBytes(std::uint8_t* to, const std::uint8_t* from, std::size_t size) {
@@ -302,15 +287,24 @@ AppendedField AppendedField::of(const std::string& name, const std::vector<std::
   return {name, PointField::UINT32, sizeof(std::uint32_t), values.data()};
 }
 
-sensor_msgs::PointCloud2Ptr selectPoints(const CloudView& cloud, const std::vector<Label>& labels,
-                                         Label label, const std::vector<AppendedField>& appended,
-                                         const sensor_msgs::PointCloud2Ptr& cut) {
-  frameLike(cloud.message(), appended, cut.get());
-  const auto count = std::count(labels.begin(), labels.end(), label);
-  cut->width = static_cast<std::uint32_t>(count);
+void frameCut(const PointCloud2& cloud, const std::vector<Label>& labels, Label label,
+              const std::vector<AppendedField>& appended, PointCloud2* cut) {
+  cut->header = cloud.header;
+  cut->fields = cloud.fields;
+  cut->point_step = cloud.point_step;
+  for (const AppendedField& field : appended) {
+    cut->fields.push_back(appendedField(cloud, field, cut->point_step));
+    cut->point_step += static_cast<std::uint32_t>(field.size);
+  }
+  cut->height = 1;
+  cut->width = static_cast<std::uint32_t>(std::count(labels.begin(), labels.end(), label));
   cut->row_step = cut->width * cut->point_step;
-  cut->data.resize(cut->row_step);
-  std::uint8_t* to = cut->data.data();
+  cut->is_bigendian = false;
+  cut->is_dense = true;  // a label other than kInvalid is given to finite points alone
+}
+
+void writePoints(const CloudView& cloud, const std::vector<Label>& labels, Label label,
+                 const std::vector<AppendedField>& appended, std::uint8_t* to) {
   for (std::size_t end = 0; end < labels.size();) {  // neighbours go together
     std::size_t begin = end;
     while (begin < labels.size() && labels[begin] != label) ++begin;
@@ -319,7 +313,13 @@ sensor_msgs::PointCloud2Ptr selectPoints(const CloudView& cloud, const std::vect
     to = appended.empty() ? copyPoints(cloud, begin, end, to)
                           : copyPoints(cloud, begin, end, appended, to);
   }
-  return cut;
+}
+
+void selectPoints(const CloudView& cloud, const std::vector<Label>& labels, Label label,
+                  const std::vector<AppendedField>& appended, PointCloud2* cut) {
+  frameCut(cloud.message(), labels, label, appended, cut);
+  cut->data.resize(cut->row_step);
+  writePoints(cloud, labels, label, appended, cut->data.data());
 }
 
 std::vector<AppendedField> missingRing(const CloudView& cloud) {

@@ -1,7 +1,6 @@
 #include "smoke_ground_reconstruction/ros/scan_layout.hpp"
 
 #include <atomic>
-#include <boost/smart_ptr/shared_ptr.hpp>
 
 #include "smoke_ground_reconstruction/sensor_model.hpp"
 
@@ -10,16 +9,6 @@ namespace {
 
 // More scans under way than this come of who falls behind: he may read messages.
 constexpr std::size_t kMost = 8;
-
-/// Deletes a message, and keeps a layout as long as anybody keeps the message. Pointers to a
-/// message share it wherever they go in this process.
-struct Carrier {
-  ScanLayoutConstPtr layout;
-
-  void operator()(const sensor_msgs::PointCloud2* message) const { delete message; }
-};
-
-sensor_msgs::PointCloud2Ptr makeCarrier() { return {new sensor_msgs::PointCloud2, Carrier()}; }
 
 }  // namespace
 
@@ -39,22 +28,6 @@ std::shared_ptr<ScanLayout> LayoutPool::take(const sensor_msgs::PointCloud2Const
   taken->scan.assign(cloud.scan());
   countPointsByRing(taken->scan.view(), &taken->points_by_ring);
   return taken;
-}
-
-CarrierPool::CarrierPool() : pool_(makeCarrier) {}
-
-sensor_msgs::PointCloud2Ptr CarrierPool::take(const ScanLayoutConstPtr& layout) {
-  pool_.forEachIdle([](const sensor_msgs::PointCloud2Ptr& idle) {
-    boost::get_deleter<Carrier>(idle)->layout.reset();  // which others may use
-  });
-  const auto message = pool_.take();
-  boost::get_deleter<Carrier>(message)->layout = layout;
-  return message;
-}
-
-ScanLayoutConstPtr layoutOf(const sensor_msgs::PointCloud2ConstPtr& message) {
-  const auto* carrier = boost::get_deleter<Carrier>(message);
-  return carrier == nullptr ? nullptr : carrier->layout;
 }
 
 }  // namespace smoke_ground_reconstruction

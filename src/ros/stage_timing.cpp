@@ -20,13 +20,11 @@ StageTiming::StageTiming(const std_msgs::Header& header) : message_(boost::make_
   told({});
 }
 
-void StageTiming::received(const sensor_msgs::PointCloud2& cloud) {
-  message_->input_buffers.push_back(addressOf(cloud));
-}
+void StageTiming::received(std::uint64_t address) { message_->input_buffers.push_back(address); }
 
-void StageTiming::handsOver(const sensor_msgs::PointCloud2ConstPtr& cloud) {
-  message_->output_buffers.push_back(cloud ? addressOf(*cloud) : 0);
-  message_->handed_over.push_back(cloud ? nanosecondsOf(Clock::now()) : 0);
+void StageTiming::handsOver(std::uint64_t address) {
+  message_->output_buffers.push_back(address);
+  message_->handed_over.push_back(address != 0 ? nanosecondsOf(Clock::now()) : 0);
 }
 
 void StageTiming::finish(const std::string& stage, std::size_t points_in, std::size_t points_out) {

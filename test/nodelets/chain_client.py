@@ -20,6 +20,8 @@ TYPES = {
     "denoiser/denoised": PointCloud2,
     "denoiser/noise": PointCloud2,
     "denoiser/timing": Timing,
+    "reader/denoised": PointCloud2,
+    "reader/noise": PointCloud2,
     "segmenter/ground": PointCloud2,
     "segmenter/walls": PointCloud2,
     "segmenter/timing": Timing,

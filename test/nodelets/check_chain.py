@@ -110,6 +110,16 @@ class ChainTest(ChainTestCase):
         self.assertEqual(walls.dtype["cluster"], np.uint32)
         np.testing.assert_array_equal(walls["cluster"], clusters[in_cluster])
 
+    def test_other_nodelets_of_the_manager_read_clouds(self):
+        topics = ("denoiser/denoised", "reader/denoised", "reader/noise", "segmenter/ground")
+        listeners = self.listen(*topics)
+        self.wake(room_cloud, *listeners)
+        denoised, *read, _ = self.ask(room_cloud, *listeners)
+        numbers = [structured_points(cloud)["timestamp"] for cloud in read]
+        np.testing.assert_array_equal(
+            np.sort(np.concatenate(numbers)), structured_points(denoised)["timestamp"]
+        )
+
     def test_occupancy_lies_on_the_floor(self):
         (listener,) = [self.listen("reconstructor/occupancy")]
         self.wake(room_cloud, listener)

@@ -1,45 +1,17 @@
 #include <gtest/gtest.h>
 #include <sensor_msgs/PointField.h>
 
-#include <boost/make_shared.hpp>
-#include <boost/pointer_cast.hpp>
-#include <cstring>
+#include <memory>
 #include <vector>
 
+#include "numbered_cloud.hpp"
 #include "smoke_ground_reconstruction/ros/scan_layout.hpp"
 
 namespace smoke_ground_reconstruction {
 namespace {
 
-using sensor_msgs::PointCloud2;
 using sensor_msgs::PointCloud2ConstPtr;
 using sensor_msgs::PointField;
-
-// Points (i + 1, 2, 3) of ring i, packed to 18 bytes; coordinates of a datatype.
-PointCloud2ConstPtr makeCloud(std::size_t size, std::uint8_t ring_type = PointField::UINT16) {
-  const auto cloud = boost::make_shared<PointCloud2>();
-  const std::vector<const char*> names = {"x", "y", "z", "intensity", "ring"};
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    PointField field;
-    field.name = names[i];
-    field.offset = static_cast<std::uint32_t>(4 * i);
-    field.datatype = i < 4 ? std::uint8_t{PointField::FLOAT32} : ring_type;
-    field.count = 1;
-    cloud->fields.push_back(field);
-  }
-  cloud->point_step = 18;
-  cloud->width = static_cast<std::uint32_t>(size);
-  cloud->height = 1;
-  cloud->row_step = cloud->width * cloud->point_step;
-  cloud->data.resize(cloud->row_step);
-  for (std::size_t i = 0; i < size; ++i) {
-    const float values[] = {static_cast<float>(i + 1), 2.0F, 3.0F, 4.0F};
-    const auto ring = static_cast<std::uint16_t>(i);
-    std::memcpy(&cloud->data[18 * i], values, sizeof(values));
-    std::memcpy(&cloud->data[18 * i + 16], &ring, sizeof(ring));
-  }
-  return cloud;
-}
 
 std::shared_ptr<ScanLayout> takenOf(LayoutPool& pool, const PointCloud2ConstPtr& cloud) {
   return pool.take(cloud, CloudView(*cloud));
@@ -89,41 +61,6 @@ TEST(LayoutPool, GivesNoneWhereTooManyAreUnderWay) {
 TEST(LayoutPool, GivesNoneOfAScanThatIsConvertedToBeRead) {
   LayoutPool pool;
   EXPECT_FALSE(takenOf(pool, makeCloud(3, PointField::INT16)));
-}
-
-TEST(CarrierPool, SendsALayoutAlongWithAMessage) {
-  LayoutPool layouts;
-  CarrierPool carriers;
-  const auto layout = takenOf(layouts, makeCloud(3));
-  // As ROS hands messages over in a process.
-  const boost::shared_ptr<const void> on_the_way = carriers.take(layout);
-  EXPECT_EQ(layoutOf(boost::static_pointer_cast<const PointCloud2>(on_the_way)), layout);
-}
-
-TEST(CarrierPool, SendsNoneWhereThereIsNone) {
-  LayoutPool layouts;
-  CarrierPool carriers;
-  EXPECT_FALSE(layoutOf(carriers.take(nullptr)));
-  EXPECT_TRUE(layoutOf(carriers.take(takenOf(layouts, makeCloud(3)))));
-  EXPECT_FALSE(layoutOf(carriers.take(nullptr)));  // the same message
-  EXPECT_FALSE(layoutOf(makeCloud(3)));            // of somebody else
-}
-
-TEST(CarrierPool, HoldsNoLayoutsOfMessagesThatWereLetGo) {
-  LayoutPool layouts;
-  CarrierPool carriers;
-  std::vector<std::weak_ptr<ScanLayout>> seen;
-  {
-    std::vector<PointCloud2ConstPtr> held;
-    for (int i = 0; i < 8; ++i) {
-      const auto layout = takenOf(layouts, makeCloud(1));
-      seen.push_back(layout);
-      held.push_back(carriers.take(layout));
-    }
-    EXPECT_FALSE(takenOf(layouts, makeCloud(1)));
-  }
-  const auto next = carriers.take(nullptr);
-  for (const auto& layout : seen) EXPECT_EQ(layout.use_count(), 1);  // the pool's
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 #include <sensor_msgs/PointCloud2.h>
 
 #include <array>
-#include <boost/make_shared.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -78,15 +77,22 @@ struct AppendedField {
   static AppendedField of(const std::string& name, const std::vector<std::uint32_t>& values);
 };
 
-/// The points of one label as a cloud: same header, same fields, same order, height 1.
-/// \param labels  one per point of the cloud.
-/// \param appended  fields added after the cloud's own.
-/// \param cut  overwritten and returned; its memory is used.
-/// \throws std::invalid_argument where the cloud has a field of an appended name already.
-sensor_msgs::PointCloud2Ptr selectPoints(
-    const CloudView& cloud, const std::vector<Label>& labels, Label label,
-    const std::vector<AppendedField>& appended = {},
-    const sensor_msgs::PointCloud2Ptr& cut = boost::make_shared<sensor_msgs::PointCloud2>());
+/// Gives a cloud of the points of one label all but their bytes: same header, same fields,
+/// height 1. \param labels  one per point of the cloud. \param appended  fields added after the
+/// cloud's own. \param cut  all of it but `data` is overwritten. \throws std::invalid_argument
+/// where the cloud has a field of an appended name already.
+void frameCut(const sensor_msgs::PointCloud2& cloud, const std::vector<Label>& labels, Label label,
+              const std::vector<AppendedField>& appended, sensor_msgs::PointCloud2* cut);
+
+/// Writes the points of one label in their order, each with its appended values: row_step bytes of
+/// what frameCut() gives.
+void writePoints(const CloudView& cloud, const std::vector<Label>& labels, Label label,
+                 const std::vector<AppendedField>& appended, std::uint8_t* to);
+
+/// Both: the points of one label as a cloud.
+/// \param cut  overwritten; its memory is used.
+void selectPoints(const CloudView& cloud, const std::vector<Label>& labels, Label label,
+                  const std::vector<AppendedField>& appended, sensor_msgs::PointCloud2* cut);
 
 /// The field `ring` to append where the driver sends none, so that all stages number alike.
 std::vector<AppendedField> missingRing(const CloudView& cloud);

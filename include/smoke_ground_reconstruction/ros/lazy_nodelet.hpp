@@ -96,8 +96,8 @@ void publishIfHeard(const ros::Publisher& publisher, const Make& make) {
 /// The same for a cloud, which the timing takes note of.
 template <typename Make>
 void publishIfHeard(const ros::Publisher& publisher, StageTiming& timing, const Make& make) {
-  const sensor_msgs::PointCloud2Ptr cloud = publisher.getNumSubscribers() > 0 ? make() : nullptr;
-  timing.handsOver(cloud);
+  const decltype(make()) cloud = publisher.getNumSubscribers() > 0 ? make() : nullptr;
+  timing.handsOver(cloud ? addressOf(*cloud) : 0);
   if (cloud) publisher.publish(cloud);
 }
 

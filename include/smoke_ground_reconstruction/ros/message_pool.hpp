@@ -4,8 +4,6 @@
 #include <boost/make_shared.hpp>
 #include <boost/shared_ptr.hpp>
 #include <cstddef>
-#include <functional>
-#include <utility>
 #include <vector>
 
 namespace smoke_ground_reconstruction {
@@ -18,27 +16,15 @@ class MessagePool {
  public:
   using Pointer = boost::shared_ptr<Message>;
 
-  /// \param make  makes a message.
-  explicit MessagePool(std::function<Pointer()> make = [] { return boost::make_shared<Message>(); })
-      : make_(std::move(make)) {}
-
   /// A message that the caller alone holds, of whatever content. As long as anybody keeps it, it
   /// is not handed out again.
   Pointer take() {
     for (const auto& message : messages_) {
       if (isIdle(message)) return message;
     }
-    const auto fresh = make_();
+    const auto fresh = boost::make_shared<Message>();
     if (messages_.size() < kMost) messages_.push_back(fresh);
     return fresh;
-  }
-
-  /// Calls visit(message) for each kept message that nobody else holds.
-  template <typename Visit>
-  void forEachIdle(const Visit& visit) const {
-    for (const auto& message : messages_) {
-      if (isIdle(message)) visit(message);
-    }
   }
 
  private:
@@ -51,7 +37,6 @@ class MessagePool {
   // More in flight than this come from who keeps scans, or falls behind, and go with him.
   static constexpr std::size_t kMost = 8;
 
-  std::function<Pointer()> make_;
   std::vector<Pointer> messages_;
 };
 

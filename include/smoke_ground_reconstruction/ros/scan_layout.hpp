@@ -6,21 +6,17 @@
 #include <memory>
 #include <vector>
 
-#include "smoke_ground_reconstruction/label.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
-#include "smoke_ground_reconstruction/ros/message_pool.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
 
 namespace smoke_ground_reconstruction {
 
-/// What the denoiser knows of a scan. It travels with the messages cut from the scan, so that the
-/// stages behind in the same process need not read and lay out again what was laid out once. Other
-/// processes get the same messages without it, and read those.
+/// What the denoiser knows of a scan. It travels with the clouds cut from the scan, so that the
+/// stages behind in the same process need not read and lay out again what was laid out once.
 struct ScanLayout {
   sensor_msgs::PointCloud2ConstPtr message;  ///< the scan as it came
   Scan scan{ScanView()};                     ///< its points, in the sensor frame
   std::vector<std::size_t> points_by_ring;   ///< for SensorModel::observe()
-  std::vector<Label> labels;                 ///< the denoiser's, one per point
 };
 
 using ScanLayoutConstPtr = std::shared_ptr<const ScanLayout>;
@@ -29,7 +25,7 @@ using ScanLayoutConstPtr = std::shared_ptr<const ScanLayout>;
 /// layouts may be let go on any thread.
 class LayoutPool {
  public:
-  /// A layout of a scan, its labels to come.
+  /// A layout of a scan.
   /// \return null where the fields of the message are not read where they lie, and where too many
   ///         scans are under way: who comes behind then reads the messages.
   std::shared_ptr<ScanLayout> take(const sensor_msgs::PointCloud2ConstPtr& message,
@@ -38,20 +34,5 @@ class LayoutPool {
  private:
   std::vector<std::shared_ptr<ScanLayout>> layouts_;
 };
-
-/// Messages that a layout can be attached to, in memory as of MessagePool.
-class CarrierPool {
- public:
-  CarrierPool();
-
-  /// A message of whatever content that carries a layout, or none.
-  sensor_msgs::PointCloud2Ptr take(const ScanLayoutConstPtr& layout);
-
- private:
-  MessagePool<sensor_msgs::PointCloud2> pool_;
-};
-
-/// The layout that a message brought along; null where it brought none.
-ScanLayoutConstPtr layoutOf(const sensor_msgs::PointCloud2ConstPtr& message);
 
 }  // namespace smoke_ground_reconstruction

@@ -25,10 +25,10 @@ class StageTiming {
   explicit StageTiming(const std_msgs::Header& header);
 
   /// Notes where the data of a received cloud lies.
-  void received(const sensor_msgs::PointCloud2& cloud);
-  /// Notes where the data of a cloud lies that is handed over now; null: nobody listens, so it was
-  /// not made.
-  void handsOver(const sensor_msgs::PointCloud2ConstPtr& cloud);
+  void received(std::uint64_t address);
+  /// Notes where the data of a cloud lies that is handed over now; 0: nobody listens, so it was not
+  /// made.
+  void handsOver(std::uint64_t address);
   /// Ends a stage that began where the one before ended.
   void finish(const std::string& stage, std::size_t points_in, std::size_t points_out);
 
