@@ -36,7 +36,12 @@ struct ScanRaster {
   bool is_crowded = false;
 
   /// \param labels  one per point; those other than kKept take no part.
-  ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins);
+  /// \param most_layers  1 or 2.
+  ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
+             std::size_t most_layers = 2);
+
+  /// Rows of a scan's raster: one more than its greatest ring.
+  static std::size_t rowsFor(const Scan& scan);
 
   std::uint32_t nowhere() const { return static_cast<std::uint32_t>(stripes * rows * kWidth); }
   std::size_t secondOf(std::size_t at) const { return nowhere() + 1U + at; }
@@ -44,7 +49,8 @@ struct ScanRaster {
   std::size_t rowOf(std::size_t at) const { return at % (rows * kWidth) / kWidth; }
 
  private:
-  void fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins);
+  void fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
+            std::size_t most_layers);
   void put(const Scan& scan, std::size_t begin, std::size_t size);
   void putInTwo(const Scan& scan, std::size_t begin, std::size_t size);
   void addSecond(const Scan& scan);

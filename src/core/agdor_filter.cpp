@@ -3,6 +3,9 @@
 #include <limits>
 #include <utility>
 
+#include "multiversion.hpp"
+#include "smoke_ground_reconstruction/channel_segmentation.hpp"
+#include "smoke_ground_reconstruction/raster_crowds.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/window_counter.hpp"
 #include "validation.hpp"
@@ -10,6 +13,12 @@
 namespace smoke_ground_reconstruction {
 
 namespace {
+
+/// The columns of the raster that the segmenter has, too.
+const AzimuthBins& columns() {
+  static const AzimuthBins bins(ChannelSegmentationParams().column_width_deg);
+  return bins;
+}
 
 /// No branches: smoke decides which points are low.
 void findCandidates(const Scan& scan, double intensity_threshold, std::vector<std::uint32_t>* low) {
@@ -23,6 +32,41 @@ void findCandidates(const Scan& scan, double intensity_threshold, std::vector<st
     next += (valid[i] != 0) & is_low ? 1 : 0;
   }
   low->resize(static_cast<std::size_t>(next - low->data()));
+}
+
+/// Low points that are in no crowd become noise.
+SMOKE_GROUND_MULTIVERSION
+void labelNoise(const float* intensity, const std::uint8_t* is_outside, std::size_t size,
+                double intensity_threshold, Label* labels) {
+  for (std::size_t i = 0; i < size; ++i) {
+    const bool is_low = static_cast<double>(intensity[i]) < intensity_threshold;
+    labels[i] = is_low & (is_outside[i] != 0) ? Label::kNoise : labels[i];
+  }
+}
+
+/// Layers of a raster that would be filled well enough to pay; 0: none. Where sensors fire once per
+/// ring and column, most places have a point, and as many a second one in dual returns. Where they
+/// fire a little more often, a second layer is mostly empty; where twice, many places have three.
+std::size_t worthwhileLayers(const Scan& scan) {
+  const auto places = static_cast<double>(ScanRaster::rowsFor(scan) * columns().count());
+  const double filled = static_cast<double>(scan.size()) / places;
+  if (filled > 0.3 && filled < 1.02) return 1;
+  return filled > 1.25 && filled < 1.7 ? 2 : 0;
+}
+
+/// On the raster; false where it does not serve.
+bool removeOnRaster(const Scan& scan, double intensity_threshold, const Crowd& crowd,
+                    std::vector<Label>* labels) {
+  const std::size_t layers = worthwhileLayers(scan);
+  if (layers == 0 || !mayFindOutsiders(crowd, columns().count())) return false;
+  const ScanRaster raster(scan, *labels, columns(), layers);
+  Recycled<std::uint8_t> is_outside;
+  if (raster.is_crowded || !findOutsiders(scan, raster, columns().count(), crowd, &is_outside)) {
+    return false;
+  }
+  labelNoise(scan.intensity.data(), is_outside.data(), scan.size(), intensity_threshold,
+             labels->data());
+  return true;
 }
 
 }  // namespace
@@ -57,13 +101,17 @@ std::vector<Label> AgdorFilter::classify(const Scan& scan) const {
   for (std::size_t i = 0; i < scan.size(); ++i) {
     labels[i] = scan.valid[i] != 0 ? Label::kKept : Label::kInvalid;
   }
-  Recycled<std::uint32_t> low;
-  findCandidates(scan, params_.intensity_threshold, &low);
-  if (low.empty()) return labels;
   const Crowd crowd = {params_.radiusPerRange(), static_cast<std::size_t>(params_.min_neighbors),
                        params_.max_neighbors == 0
                            ? std::numeric_limits<std::size_t>::max()
                            : static_cast<std::size_t>(params_.max_neighbors)};
+  const bool may_be_on_raster = params_.engine == DenoiserEngine::kWindow;
+  if (may_be_on_raster && removeOnRaster(scan, params_.intensity_threshold, crowd, &labels)) {
+    return labels;
+  }
+  Recycled<std::uint32_t> low;
+  findCandidates(scan, params_.intensity_threshold, &low);
+  if (low.empty()) return labels;
   Recycled<std::uint32_t> lonely;
   make_counter_(scan)->findOutsiders(low, crowd, &lonely);
   for (const std::uint32_t i : lonely) labels[i] = Label::kNoise;

@@ -16,14 +16,6 @@ constexpr std::size_t kFewExtras = 32;  // one point in so many
 constexpr std::uint32_t kColumns = ScanRaster::kWidth;
 constexpr std::size_t kAtOnce = 1024;  // points, whose bins fit into the fastest memory
 
-/// One more than the greatest ring.
-SMOKE_GROUND_MULTIVERSION
-std::size_t ringsOf(const std::uint16_t* ring, std::size_t size) {
-  std::uint16_t greatest = 0;
-  for (std::size_t i = 0; i < size; ++i) greatest = std::max(greatest, ring[i]);
-  return greatest + 1U;
-}
-
 /// Makes places of columns. No branches: which points are used, smoke decides.
 SMOKE_GROUND_MULTIVERSION
 void toPlaces(const std::uint16_t* ring, const Label* label, const std::uint8_t* valid,
@@ -38,8 +30,17 @@ void toPlaces(const std::uint16_t* ring, const Label* label, const std::uint8_t*
 
 }  // namespace
 
-ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins)
-    : stripes((bins.count() + kWidth - 1) / kWidth), rows(ringsOf(scan.ring.data(), scan.size())) {
+SMOKE_GROUND_MULTIVERSION
+std::size_t ScanRaster::rowsFor(const Scan& scan) {
+  const std::uint16_t* const ring = scan.ring.data();
+  std::uint16_t greatest = 0;
+  for (std::size_t i = 0, size = scan.size(); i < size; ++i) greatest = std::max(greatest, ring[i]);
+  return greatest + 1U;
+}
+
+ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
+                       std::size_t most_layers)
+    : stripes((bins.count() + kWidth - 1) / kWidth), rows(rowsFor(scan)) {
   const std::size_t places = stripes * rows * kWidth;
   is_crowded = places > kMostPlaces || places > kMostPlacesPerPoint * scan.size();
   if (is_crowded) return;
@@ -47,14 +48,15 @@ ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const
   y.resize(places + 1);
   z.resize(places + 1);
   place.resize(scan.size());
-  fill(scan, labels, bins);
+  fill(scan, labels, bins, most_layers);
   if (is_crowded) return;
   std::sort(extras.begin(), extras.end(), [](const Extra& a, const Extra& b) {
     return a.place != b.place ? a.place < b.place : a.point < b.point;
   });
 }
 
-void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins) {
+void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
+                      std::size_t most_layers) {
   const std::size_t most_extras = scan.size() / kFewExtras;
   for (std::size_t begin = 0; begin < scan.size() && !is_crowded; begin += kAtOnce) {
     const std::size_t size = std::min(kAtOnce, scan.size() - begin);
@@ -62,7 +64,7 @@ void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const 
     toPlaces(&scan.ring[begin], &labels[begin], &scan.valid[begin], size, nowhere(),
              static_cast<std::uint32_t>(rows) * kColumns, &place[begin]);
     has_second ? putInTwo(scan, begin, size) : put(scan, begin, size);
-    if (extras.size() > most_extras && !has_second) addSecond(scan);
+    if (extras.size() > most_extras && !has_second && most_layers > 1) addSecond(scan);
     is_crowded = extras.size() > most_extras;
   }
 }

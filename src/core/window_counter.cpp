@@ -9,6 +9,7 @@
 #include "azimuth.hpp"
 #include "lanes.hpp"
 #include "multiversion.hpp"
+#include "neighbor_screen.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -18,15 +19,10 @@ namespace {
 constexpr double kDegree = M_PI / 180.0;
 // Buckets only propose candidates: windows are wider than any rounding of the points' directions,
 // which are known in single precision.
-constexpr double kSineMargin = 2e-6;
 constexpr double kAngleMargin = 2.0 * kAzimuthError + 1e-5;
 constexpr double kRangeMargin = 1e-5;  // relative
 constexpr int kPartsPerRow = 4;        // of the table of reaches
 
-// Single precision errs by 3e-7 of a squared distance, as long as nothing under- or overflows.
-constexpr double kScreenMargin = 1e-6;
-constexpr double kLeastScreened = 1e-20;      // squared radius [m^2]
-constexpr double kGreatestScreened = 1e30;    // squared radius [m^2]
 constexpr float kLeastSquaredRange = 1e-24F;  // nearer points have no direction [m^2]
 
 constexpr std::uint32_t kPadding = 8;            // places before the first and after the last point
@@ -61,8 +57,6 @@ inline float clampedFloor(float value, float below) {
   const float inside = positive < below - 1.0F ? positive : below - 1.0F;
   return static_cast<float>(static_cast<std::int32_t>(inside));
 }
-
-inline float squaredRangeOf(float x, float y, float z) { return (x * x + y * y) + z * z; }
 
 inline std::int32_t shellOfSquare(float squared_range, std::int32_t shells) {
   std::int32_t bits;
@@ -169,8 +163,7 @@ SMOKE_GROUND_PART Ints countAlong(const float* x, const float* y, const float* z
                                   float squared_radius_per_range, std::int32_t more_than) {
   constexpr auto kLeast = static_cast<float>(kLeastScreened);
   const Floats here_x = loadLanes(x), here_y = loadLanes(y), here_z = loadLanes(z);
-  const Floats square =
-      ((here_x * here_x + here_y * here_y) + here_z * here_z) * squared_radius_per_range;
+  const Floats square = squaredRangeOf(here_x, here_y, here_z) * squared_radius_per_range;
   const Floats limit = square < kLeast ? Floats{} : square;
   Ints found = {};
   for (std::ptrdiff_t step = 1; step <= static_cast<std::ptrdiff_t>(kAlongRow); ++step) {

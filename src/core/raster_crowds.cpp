@@ -1,0 +1,520 @@
+#include "smoke_ground_reconstruction/raster_crowds.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "azimuth.hpp"
+#include "lanes.hpp"
+#include "multiversion.hpp"
+#include "neighbor_screen.hpp"
+#include "smoke_ground_reconstruction/predicates.hpp"
+
+namespace smoke_ground_reconstruction {
+
+namespace {
+
+constexpr std::size_t kWidth = ScanRaster::kWidth;
+constexpr std::size_t kHalo = 8;                   // columns looked at to either side
+constexpr std::size_t kSpan = kWidth + 2 * kHalo;  // a stripe with the columns around it
+constexpr std::size_t kFewestColumns = 8 * kWidth;
+constexpr std::size_t kLargestCrowd = 32;
+constexpr std::size_t kMostCandidates = 128;  // of a row's points, in the mean
+constexpr double kAngleMargin = 2e-5;
+constexpr double kUpright = M_PI / 2.0;
+
+/// Signed squares of the sines of elevations in a row, lane by lane.
+struct Sines {
+  std::array<float, kLanes> lowest, highest;
+};
+
+/// Takes the points of a stripe in. Returns the least squared range.
+SMOKE_GROUND_MULTIVERSION
+float takeSines(const float* x, const float* y, const float* z, std::size_t rows, Sines* of_rows) {
+  Floats nearest = Floats{} + INFINITY;
+  for (std::size_t row = 0; row < rows; ++row) {
+    Floats lowest = loadLanes(of_rows[row].lowest.data());
+    Floats highest = loadLanes(of_rows[row].highest.data());
+    for (std::size_t at = row * kWidth; at < (row + 1) * kWidth; at += kLanes) {
+      const Floats here_z = loadLanes(z + at);
+      const Floats square = squaredRangeOf(loadLanes(x + at), loadLanes(y + at), here_z);
+      const Floats sine = here_z * magnitudeOf(here_z) / square;
+      lowest = sine < lowest ? sine : lowest;  // no number is not less
+      highest = sine > highest ? sine : highest;
+      nearest = square < nearest ? square : nearest;
+    }
+    std::memcpy(of_rows[row].lowest.data(), &lowest, sizeof(lowest));
+    std::memcpy(of_rows[row].highest.data(), &highest, sizeof(highest));
+  }
+  float least = INFINITY;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) least = std::min(least, nearest[lane]);
+  return least;
+}
+
+double elevationOf(float signed_square, double margin) {
+  const double square = signed_square;
+  const double sine = std::copysign(std::sqrt(std::fabs(square)), square) + margin;
+  return std::asin(std::clamp(sine, -1.0, 1.0));
+}
+
+/// Lowest and highest elevation in a row [rad]; the other way round in one without points.
+struct Span {
+  double lowest = INFINITY, highest = -INFINITY;
+
+  bool isEmpty() const { return lowest > highest; }
+  double steepest() const { return std::max(-lowest, highest); }
+  double distanceTo(const Span& other) const {
+    return std::max(other.lowest - highest, lowest - other.highest);
+  }
+};
+
+/// Where neighbours of a row's points can lie: in some rows, and so many columns to either side. Of
+/// a row without points nowhere.
+struct Reach {
+  std::uint32_t begin = 0, end = 0;  // of a list of rows
+  std::uint32_t columns = 0;
+};
+
+/// Factors of squared ranges: balls a hair smaller and a hair larger than the one asked about.
+struct Factors {
+  float surely, possibly;
+
+  explicit Factors(double radius_per_range) {
+    const double squared = radius_per_range * radius_per_range;
+    surely = static_cast<float>(squared * (1.0 - 4.0 * kScreenMargin));
+    possibly = static_cast<float>(squared * (1.0 + 4.0 * kScreenMargin));
+  }
+};
+
+/// Points and the balls around them, lane by lane.
+struct Balls {
+  Floats x, y, z;
+  Floats surely_below, possibly_below;  // squared distances
+};
+
+SMOKE_GROUND_PART Balls ballsAround(const Floats& x, const Floats& y, const Floats& z,
+                                    const Factors& factors) {
+  const Floats square = squaredRangeOf(x, y, z);
+  return {x, y, z, square * factors.surely, square * factors.possibly};
+}
+
+/// How many points were found in balls.
+struct Found {
+  Ints surely = {}, possibly = {};
+
+  SMOKE_GROUND_PART void look(const Balls& balls, const Floats& x, const Floats& y,
+                              const Floats& z) {
+    const Floats dx = x - balls.x, dy = y - balls.y, dz = z - balls.z;
+    const Floats d2 = (dx * dx + dy * dy) + dz * dz;
+    surely -= d2 < balls.surely_below;  // true is -1; nothing is less than no number
+    possibly -= d2 < balls.possibly_below;
+  }
+};
+
+/// The rows of a stripe, layer by layer, with the columns around it.
+struct Around {
+  Recycled<float> x, y, z;                  // rows of kSpan
+  Recycled<std::int32_t> surely, possibly;  // found so far, rows of kWidth
+
+  explicit Around(std::size_t rows)
+      : x(rows * kSpan), y(x.size()), z(x.size()), surely(rows * kWidth), possibly(surely.size()) {}
+};
+
+SMOKE_GROUND_PART void lookAt(const Around& around, std::size_t at, const Balls& balls,
+                              Found* found) {
+  found->look(balls, loadLanes(&around.x[at]), loadLanes(&around.y[at]), loadLanes(&around.z[at]));
+}
+
+/// Which of eight, a byte each.
+SMOKE_GROUND_PART std::uint64_t whichOf(const Ints& lanes) {
+  const Bytes bytes = bytesOf(lanes);
+  std::uint64_t which;
+  std::memcpy(&which, &bytes, sizeof(which));
+  return which;
+}
+
+/// Are so few of eight left that one after the other is looked at? They are counted in the highest
+/// byte.
+SMOKE_GROUND_PART bool areFew(std::uint64_t which) {
+  constexpr std::uint64_t kOneEach = 0x0101010101010101;
+  constexpr std::uint64_t kFew = 3;
+  return (which & kOneEach) * kOneEach >> 56 <= kFew;
+}
+
+SMOKE_GROUND_PART std::int32_t sumOf(const Ints& lanes) {
+  std::int32_t sum = 0;
+  for (std::uint32_t k = 0; k < kLanes; ++k) sum += lanes[k];
+  return sum;
+}
+
+constexpr std::size_t kFirstSteps = 2;  // after which points of even surfaces have found enough
+
+/// Looks along a row for eight points, from the middle to both sides, until all have found enough.
+SMOKE_GROUND_PART void lookForAll(const Around& around, std::size_t at, std::uint32_t columns,
+                                  const Balls& balls, const Ints& enough, Found* found) {
+  lookAt(around, at, balls, found);
+  for (std::size_t step = 1; step <= columns; ++step) {
+    lookAt(around, at - step, balls, found);
+    lookAt(around, at + step, balls, found);
+    if (step == kFirstSteps && isNone(found->surely < enough)) return;
+  }
+}
+
+/// Looks along rows for one point, at eight places at once, until it has found enough.
+/// \param at  its place in row 0.
+SMOKE_GROUND_PART void lookForOne(const Around& around, std::size_t at, const std::uint32_t* row,
+                                  const std::uint32_t* rows_end, std::uint32_t columns,
+                                  const Balls& ball, std::int32_t enough, std::int32_t* surely,
+                                  std::int32_t* possibly) {
+  Found found;
+  for (; row < rows_end; ++row) {
+    const std::size_t there = at + *row * kSpan;
+    lookAt(around, there - kLanes, ball, &found);
+    lookAt(around, there, ball, &found);
+    if (columns == kLanes) lookAt(around, there + kLanes, ball, &found);
+    if (*surely + sumOf(found.surely) >= enough) break;
+  }
+  *surely += sumOf(found.surely);
+  *possibly += sumOf(found.possibly);
+}
+
+/// Neighbours of eight points, until each has found enough, itself included.
+/// \param at  the first one's place in its row.
+SMOKE_GROUND_PART void findNeighbors(const Around& around, std::size_t at, std::uint32_t row,
+                                     const Reach& reach, const std::uint32_t* near_rows,
+                                     const Factors& factors, std::int32_t enough,
+                                     std::int32_t* surely, std::int32_t* possibly) {
+  const std::size_t in_row_0 = at - row * kSpan;
+  const Floats x = loadLanes(&around.x[at]), y = loadLanes(&around.y[at]),
+               z = loadLanes(&around.z[at]);
+  const Balls balls = ballsAround(x, y, z, factors);
+  const Ints is_taken = x == x;
+  const Ints enough_each = is_taken & (Ints{} + enough);
+  std::uint64_t seeking = whichOf(is_taken);
+  const std::uint32_t* next = near_rows + reach.begin;
+  const std::uint32_t* const end = near_rows + reach.end;
+  Found found;
+  while (!areFew(seeking) && next < end) {
+    const std::size_t there = in_row_0 + *next++ * kSpan;
+    lookForAll(around, there, reach.columns, balls, enough_each, &found);
+    seeking = whichOf(found.surely < enough_each);
+  }
+  std::memcpy(surely, &found.surely, sizeof(found.surely));
+  std::memcpy(possibly, &found.possibly, sizeof(found.possibly));
+  for (std::uint32_t lane = 0; seeking != 0 && next < end; ++lane, seeking >>= 8) {
+    if ((seeking & 1) == 0) continue;
+    const Floats none = {};
+    const Balls ball = ballsAround(none + around.x[at + lane], none + around.y[at + lane],
+                                   none + around.z[at + lane], factors);
+    lookForOne(around, in_row_0 + lane, next, end, reach.columns, ball, enough, surely + lane,
+               possibly + lane);
+  }
+}
+
+/// The same of all points of a stripe.
+SMOKE_GROUND_MULTIVERSION
+void findAllNeighbors(const std::vector<Reach>& reaches, std::size_t layers,
+                      const std::uint32_t* near_rows, const Factors& by, std::int32_t enough,
+                      Around* around) {
+  const Factors factors = by;
+  const std::size_t rows = reaches.size();
+  for (std::uint32_t row = 0; row < layers * rows; ++row) {
+    const Reach reach = reaches[row % rows];
+    for (std::size_t column = 0; reach.columns > 0 && column < kWidth; column += kLanes) {
+      const std::size_t at = row * kWidth + column;
+      findNeighbors(*around, row * kSpan + kHalo + column, row, reach, near_rows, factors, enough,
+                    &around->surely[at], &around->possibly[at]);
+    }
+  }
+}
+
+/// Which points of a stripe's rows found too few. Returns whether some are in doubt.
+SMOKE_GROUND_MULTIVERSION
+bool findLonely(const Around& around, std::size_t begin, std::size_t end, std::int32_t enough,
+                std::int8_t* is_lonely) {
+  Ints all = {};
+  for (std::size_t at = begin; at < end; at += kLanes) {
+    Ints surely, possibly;
+    std::memcpy(&surely, &around.surely[at], sizeof(surely));
+    std::memcpy(&possibly, &around.possibly[at], sizeof(possibly));
+    const Bytes lonely = bytesOf(surely < enough);
+    std::memcpy(is_lonely + at - begin, &lonely, sizeof(lonely));
+    all |= (surely < enough) & (possibly >= enough);
+  }
+  return !isNone(all);
+}
+
+/// An extra of the raster in or beside a stripe.
+struct Aside {
+  std::array<float, 3> at;
+  std::uint32_t point;
+  std::uint32_t row;
+  std::size_t column;  // of kSpan
+
+  bool isInStripe() const { return column >= kHalo && column < kHalo + kWidth; }
+};
+
+SMOKE_GROUND_PART Balls ballAround(const Aside& aside, const Factors& factors) {
+  const Floats none = {};
+  return ballsAround(none + aside.at[0], none + aside.at[1], none + aside.at[2], factors);
+}
+
+/// Counts an extra for the points of the stripe in one of its rows.
+SMOKE_GROUND_MULTIVERSION
+void countAside(const Aside& aside, std::size_t row, const Factors& factors, Around* around) {
+  const Floats none = {};
+  for (std::size_t column = 0; column < kWidth; column += kLanes) {
+    const std::size_t at = row * kSpan + kHalo + column;
+    Found found;
+    std::memcpy(&found.surely, &around->surely[row * kWidth + column], sizeof(found.surely));
+    std::memcpy(&found.possibly, &around->possibly[row * kWidth + column], sizeof(found.surely));
+    found.look(ballsAround(loadLanes(&around->x[at]), loadLanes(&around->y[at]),
+                           loadLanes(&around->z[at]), factors),
+               none + aside.at[0], none + aside.at[1], none + aside.at[2]);
+    std::memcpy(&around->surely[row * kWidth + column], &found.surely, sizeof(found.surely));
+    std::memcpy(&around->possibly[row * kWidth + column], &found.possibly, sizeof(found.surely));
+  }
+}
+
+class RasterCrowds {
+ public:
+  RasterCrowds(const Scan& scan, const ScanRaster& raster, std::size_t columns, const Crowd& crowd)
+      : scan_(scan),
+        raster_(raster),
+        columns_(columns),
+        crowd_(crowd),
+        factors_(crowd.radius_per_range),
+        layers_(raster.has_second ? 2 : 1),
+        is_lonely_(raster.x.size()) {}
+
+  /// \return false where points are too near for single precision, or reaches too wide.
+  bool findReaches() {
+    Recycled<Span> spans;
+    if (!measureRows(&spans)) return false;
+    const double angle = std::asin(crowd_.radius_per_range) + kAngleMargin;
+    reaches_.assign(raster_.rows, Reach());
+    for (std::size_t row = 0; row < raster_.rows; ++row) {
+      if (!spans[row].isEmpty() && !findReach(row, angle, spans)) return false;
+    }
+    return near_rows_.size() <= kMostCandidates / 8 * raster_.rows;
+  }
+
+  void findOutsiders(std::vector<std::uint8_t>* is_outside) {
+    Around around(layers_ * raster_.rows);
+    is_lonely_[raster_.nowhere()] = 0;
+    is_outside->assign(scan_.size(), 0);
+    for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
+      takeStripe(stripe, &around);
+      takeAsides(stripe);
+      findAllNeighbors(reaches_, layers_, near_rows_.data(), factors_, enough(), &around);
+      for (const Aside& aside : asides_) countForOthers(aside, &around);
+      answer(stripe, around);
+      for (const Aside& aside : asides_) {
+        if (aside.isInStripe() && isOutside(aside.at, aside.row, around)) {
+          (*is_outside)[aside.point] = 1;
+        }
+      }
+    }
+    const std::uint32_t* const place = raster_.place.data();
+    const std::int8_t* const is_lonely = is_lonely_.data();
+    std::uint8_t* const flag = is_outside->data();
+    for (std::size_t i = 0, size = scan_.size(); i < size; ++i) {
+      flag[i] = is_lonely[place[i]] != 0 ? 1 : flag[i];
+    }
+  }
+
+ private:
+  /// Of neighbours, and the point itself.
+  std::int32_t enough() const { return static_cast<std::int32_t>(crowd_.more_than) + 2; }
+
+  /// Where a row of all layers begins in the raster.
+  std::size_t placeOf(std::size_t stripe, std::size_t row) const {
+    const std::size_t size = raster_.rows * kWidth;
+    const bool is_first = row < raster_.rows;
+    return stripe * size + (is_first ? row * kWidth : raster_.secondOf(row * kWidth - size));
+  }
+
+  bool measureRows(std::vector<Span>* spans) const {
+    Recycled<Sines> sines(raster_.rows);
+    for (Sines& row : sines) {
+      row.lowest.fill(INFINITY);
+      row.highest.fill(-INFINITY);
+    }
+    float nearest = INFINITY;
+    for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
+      for (std::size_t layer = 0; layer < layers_; ++layer) {
+        const std::size_t at = placeOf(stripe, layer * raster_.rows);
+        nearest = std::min(nearest, takeSines(&raster_.x[at], &raster_.y[at], &raster_.z[at],
+                                              raster_.rows, sines.data()));
+      }
+    }
+    for (const ScanRaster::Extra& extra : raster_.extras) {
+      const auto [x, y, z] = scan_.point(extra.point);
+      const float square = squaredRangeOf(x, y, z);
+      Sines& row = sines[raster_.rowOf(extra.place)];
+      row.lowest[0] = std::min(row.lowest[0], z * std::fabs(z) / square);
+      row.highest[0] = std::max(row.highest[0], z * std::fabs(z) / square);
+      nearest = std::min(nearest, square);
+    }
+    spans->clear();
+    for (const Sines& row : sines) {
+      const float lowest = *std::min_element(row.lowest.begin(), row.lowest.end());
+      const float highest = *std::max_element(row.highest.begin(), row.highest.end());
+      spans->push_back(lowest > highest ? Span()
+                                        : Span{elevationOf(lowest, -kSineMargin),
+                                               elevationOf(highest, kSineMargin)});
+    }
+    return nearest * factors_.surely >= static_cast<float>(kLeastScreened);
+  }
+
+  /// The rows near one, the nearest first.
+  bool findReach(std::size_t row, double angle, const std::vector<Span>& spans) {
+    const double steepest = spans[row].steepest();
+    if (steepest + angle >= kUpright - 1e-3) return false;
+    const double to_the_side = std::asin(std::sin(angle) / std::cos(steepest)) + kAngleMargin;
+    const double columns = to_the_side / kTwoPi * static_cast<double>(columns_) + 1.0;
+    if (columns >= kHalo + 1.0) return false;
+    using Near = std::pair<double, std::uint32_t>;
+    Recycled<Near> near;
+    for (std::uint32_t other = 0; other < raster_.rows; ++other) {
+      const double distance = spans[row].distanceTo(spans[other]);
+      if (distance <= angle) near.push_back({other == row ? -INFINITY : distance, other});
+    }
+    std::sort(near.begin(), near.end());
+    Reach& reach = reaches_[row];
+    reach.columns = static_cast<std::uint32_t>(columns);
+    reach.begin = static_cast<std::uint32_t>(near_rows_.size());
+    for (const Near& other : near) {
+      for (std::size_t layer = 0; layer < layers_; ++layer) {
+        near_rows_.push_back(other.second + static_cast<std::uint32_t>(layer * raster_.rows));
+      }
+    }
+    reach.end = static_cast<std::uint32_t>(near_rows_.size());
+    return true;
+  }
+
+  void takeStripe(std::size_t stripe, Around* around) const {
+    const bool is_inside = stripe > 0 && stripe * kWidth + kWidth + kHalo <= columns_;
+    if (!is_inside) return takeColumns(stripe, around);
+    for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
+      if (reaches_[row % raster_.rows].columns == 0) continue;  // nothing there
+      const std::size_t to = row * kSpan;
+      copy<kHalo>(placeOf(stripe - 1, row) + kWidth - kHalo, to, around);
+      copy<kWidth>(placeOf(stripe, row), to + kHalo, around);
+      copy<kHalo>(placeOf(stripe + 1, row), to + kHalo + kWidth, around);
+    }
+  }
+
+  /// The same across +x.
+  void takeColumns(std::size_t stripe, Around* around) const {
+    for (std::size_t k = 0; k < kSpan; ++k) {
+      const std::size_t column = (stripe * kWidth + k + columns_ - kHalo) % columns_;
+      for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
+        copy<1>(placeOf(column / kWidth, row) + column % kWidth, row * kSpan + k, around);
+      }
+    }
+  }
+
+  template <std::size_t size>
+  void copy(std::size_t from, std::size_t to, Around* around) const {
+    std::memcpy(&around->x[to], &raster_.x[from], size * sizeof(float));
+    std::memcpy(&around->y[to], &raster_.y[from], size * sizeof(float));
+    std::memcpy(&around->z[to], &raster_.z[from], size * sizeof(float));
+  }
+
+  /// The extras in and beside a stripe, which may be those of five.
+  void takeAsides(std::size_t stripe) {
+    asides_.clear();
+    if (raster_.extras.empty()) return;
+    const std::size_t size = raster_.rows * kWidth;
+    const auto is_before = [](const ScanRaster::Extra& extra, std::size_t place) {
+      return extra.place < place;
+    };
+    for (std::size_t from = stripe + raster_.stripes - 2; from <= stripe + raster_.stripes + 2;
+         ++from) {
+      const std::size_t begin = from % raster_.stripes * size;
+      for (auto extra =
+               std::lower_bound(raster_.extras.begin(), raster_.extras.end(), begin, is_before);
+           extra != raster_.extras.end() && extra->place < begin + size; ++extra) {
+        const std::size_t column = from % raster_.stripes * kWidth + extra->place % kWidth;
+        const std::size_t here = (column + columns_ + kHalo - stripe * kWidth) % columns_;
+        if (here >= kSpan) continue;
+        asides_.push_back({scan_.point(extra->point), extra->point,
+                           static_cast<std::uint32_t>(raster_.rowOf(extra->place)), here});
+      }
+    }
+  }
+
+  void countForOthers(const Aside& aside, Around* around) const {
+    const Reach& reach = reaches_[aside.row];
+    for (std::uint32_t k = reach.begin; k < reach.end; ++k) {
+      countAside(aside, near_rows_[k], factors_, around);
+    }
+  }
+
+  void answer(std::size_t stripe, const Around& around) {
+    const std::size_t size = raster_.rows * kWidth;
+    for (std::size_t layer = 0; layer < layers_; ++layer) {
+      std::int8_t* const is_lonely = &is_lonely_[placeOf(stripe, layer * raster_.rows)];
+      const bool is_doubt =
+          findLonely(around, layer * size, (layer + 1) * size, enough(), is_lonely);
+      for (std::size_t at = 0; is_doubt && at < size; ++at) {
+        const std::size_t k = layer * size + at;
+        if (around.surely[k] >= enough() || around.possibly[k] < enough()) continue;
+        const std::size_t here = k / kWidth * kSpan + kHalo + k % kWidth;
+        is_lonely[at] =
+            isOutside({around.x[here], around.y[here], around.z[here]}, at / kWidth, around) ? 1
+                                                                                             : 0;
+      }
+    }
+  }
+
+  /// Decides by the predicate alone.
+  /// \param row  of the ring.
+  bool isOutside(const std::array<float, 3>& p, std::size_t row, const Around& around) const {
+    const double radius = crowd_.radius_per_range * range(p[0], p[1], p[2]);
+    std::size_t found = 0;
+    const auto count = [&](float x, float y, float z) {
+      found += squaredDistance(x, y, z, p[0], p[1], p[2]) < radius * radius ? 1 : 0;
+    };
+    for (std::uint32_t k = reaches_[row].begin; k < reaches_[row].end; ++k) {
+      const std::size_t first = near_rows_[k] * kSpan;
+      for (std::size_t at = first; at < first + kSpan; ++at) {
+        count(around.x[at], around.y[at], around.z[at]);
+      }
+    }
+    for (const Aside& aside : asides_) count(aside.at[0], aside.at[1], aside.at[2]);
+    return found < crowd_.more_than + 2;  // a point finds itself, too
+  }
+
+  const Scan& scan_;
+  const ScanRaster& raster_;
+  const std::size_t columns_;
+  const Crowd crowd_;
+  const Factors factors_;
+  const std::size_t layers_;
+  Recycled<Reach> reaches_;            // by row
+  Recycled<std::uint32_t> near_rows_;  // rows of all layers
+  Recycled<std::int8_t> is_lonely_;    // by place
+  Recycled<Aside> asides_;             // in and beside a stripe
+};
+
+}  // namespace
+
+bool mayFindOutsiders(const Crowd& crowd, std::size_t columns) {
+  if (crowd.more_than > kLargestCrowd || crowd.at_most + 1 != 0) return false;
+  if (columns < kFewestColumns || crowd.radius_per_range >= 1.0) return false;
+  const double angle = std::asin(crowd.radius_per_range) + 2.0 * kAngleMargin;
+  return angle / kTwoPi * static_cast<double>(columns) < static_cast<double>(kHalo);
+}
+
+bool findOutsiders(const Scan& scan, const ScanRaster& raster, std::size_t columns,
+                   const Crowd& crowd, std::vector<std::uint8_t>* is_outside) {
+  RasterCrowds crowds(scan, raster, columns, crowd);
+  if (!crowds.findReaches()) return false;
+  crowds.findOutsiders(is_outside);
+  return true;
+}
+
+}  // namespace smoke_ground_reconstruction
