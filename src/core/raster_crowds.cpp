@@ -126,20 +126,23 @@ SMOKE_GROUND_PART void lookAt(const Around& around, std::size_t at, const Balls&
   found->look(balls, loadLanes(&around.x[at]), loadLanes(&around.y[at]), loadLanes(&around.z[at]));
 }
 
-/// Which of eight, a byte each.
-SMOKE_GROUND_PART std::uint64_t whichOf(const Ints& lanes) {
+constexpr std::uint64_t kOneEach = 0x0101010101010101;
+
+/// Eight small numbers, a byte each.
+SMOKE_GROUND_PART std::uint64_t eightBytesOf(const Ints& lanes) {
   const Bytes bytes = bytesOf(lanes);
   std::uint64_t which;
   std::memcpy(&which, &bytes, sizeof(which));
   return which;
 }
 
-/// Are so few of eight left that one after the other is looked at? They are counted in the highest
-/// byte.
+/// The sum of eight bytes, if it is a byte.
+SMOKE_GROUND_PART std::uint64_t sumOfBytes(std::uint64_t bytes) { return bytes * kOneEach >> 56; }
+
+/// Are so few of eight left that one after the other is looked at?
 SMOKE_GROUND_PART bool areFew(std::uint64_t which) {
-  constexpr std::uint64_t kOneEach = 0x0101010101010101;
   constexpr std::uint64_t kFew = 3;
-  return (which & kOneEach) * kOneEach >> 56 <= kFew;
+  return sumOfBytes(which) <= kFew;
 }
 
 SMOKE_GROUND_PART std::int32_t sumOf(const Ints& lanes) {
@@ -173,7 +176,8 @@ SMOKE_GROUND_PART void lookForOne(const Around& around, std::size_t at, const st
     lookAt(around, there - kLanes, ball, &found);
     lookAt(around, there, ball, &found);
     if (columns == kLanes) lookAt(around, there + kLanes, ball, &found);
-    if (*surely + sumOf(found.surely) >= enough) break;
+    const std::uint64_t sum = sumOfBytes(eightBytesOf(found.surely));  // of few rows: no more come
+    if (*surely + static_cast<std::int32_t>(sum) >= enough) break;
   }
   *surely += sumOf(found.surely);
   *possibly += sumOf(found.possibly);
@@ -191,19 +195,19 @@ SMOKE_GROUND_PART void findNeighbors(const Around& around, std::size_t at, std::
   const Balls balls = ballsAround(x, y, z, factors);
   const Ints is_taken = x == x;
   const Ints enough_each = is_taken & (Ints{} + enough);
-  std::uint64_t seeking = whichOf(is_taken);
+  std::uint64_t seeking = eightBytesOf(is_taken) & kOneEach;
   const std::uint32_t* next = near_rows + reach.begin;
   const std::uint32_t* const end = near_rows + reach.end;
   Found found;
   while (!areFew(seeking) && next < end) {
     const std::size_t there = in_row_0 + *next++ * kSpan;
     lookForAll(around, there, reach.columns, balls, enough_each, &found);
-    seeking = whichOf(found.surely < enough_each);
+    seeking = eightBytesOf(found.surely < enough_each) & kOneEach;
   }
   std::memcpy(surely, &found.surely, sizeof(found.surely));
   std::memcpy(possibly, &found.possibly, sizeof(found.possibly));
-  for (std::uint32_t lane = 0; seeking != 0 && next < end; ++lane, seeking >>= 8) {
-    if ((seeking & 1) == 0) continue;
+  for (; seeking != 0 && next < end; seeking &= seeking - 1) {
+    const auto lane = static_cast<std::uint32_t>(__builtin_ctzll(seeking)) / 8;
     const Floats none = {};
     const Balls ball = ballsAround(none + around.x[at + lane], none + around.y[at + lane],
                                    none + around.z[at + lane], factors);
@@ -320,7 +324,7 @@ class RasterCrowds {
     const std::int8_t* const is_lonely = is_lonely_.data();
     std::uint8_t* const flag = is_outside->data();
     for (std::size_t i = 0, size = scan_.size(); i < size; ++i) {
-      flag[i] = is_lonely[place[i]] != 0 ? 1 : flag[i];
+      flag[i] = static_cast<std::uint8_t>(flag[i] | (is_lonely[place[i]] & 1));  // no branches
     }
   }
 
