@@ -30,13 +30,13 @@ struct RangeWindow {
 /// Returns that can be wall, column by column, each column by planar range; structure of arrays.
 struct WallReturns {
   std::vector<float> planar, height, x, y;  ///< [m]
-  std::vector<std::uint16_t> column;
   std::vector<std::uint32_t> index;         ///< among all returns
   std::vector<std::uint32_t> column_begin;  ///< of each column, and the end
-  /// Column and millimetres of planar range in one number, 200000 a column.
+  /// Column and millimetres of planar range in one number, 65536 a column: ranges of two columns
+  /// lie farther apart than anything is near, for walls end at kFarthestWall.
   std::vector<std::uint32_t> key;
 
-  std::size_t size() const { return column.size(); }
+  std::size_t size() const { return index.size(); }
   /// The first return of a column that may lie in a window of planar range: within a millimetre
   /// the order is that of the scan.
   std::size_t firstIn(std::size_t of_column, const RangeWindow& window) const;
@@ -53,7 +53,7 @@ struct WallReturns {
   struct Item {
     std::uint32_t key, index;
   };
-  void sort(const UprightReturns& returns, std::size_t columns);
+  void sort(std::size_t columns);
   void gather(const UprightReturns& returns);
 
   std::vector<Item> items_, sorted_;

@@ -15,9 +15,9 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-constexpr std::uint32_t kKeysPerColumn = 200000;
-constexpr std::uint32_t kHalf = 25;     // a post's returns lie this near to each other [mm]
-constexpr std::uint32_t kAround = 120;  // what lies this near counts as around [mm]
+constexpr std::uint32_t kColumnShift = 16;  // a column's millimetres below it
+constexpr std::uint32_t kHalf = 25;         // a post's returns lie this near to each other [mm]
+constexpr std::uint32_t kAround = 120;      // what lies this near counts as around [mm]
 
 constexpr double kSlotsPerMetre = 50.0;
 constexpr int kSlots = 520;
@@ -87,10 +87,12 @@ void WallReturns::take(const UprightReturns& returns, const std::vector<std::uin
                        std::size_t columns) {
   items_.resize(chosen.size());
   for (std::size_t k = 0; k < chosen.size(); ++k) {
-    const double planar = returns.planar[chosen[k]];
-    items_[k] = {static_cast<std::uint32_t>(planar * 1000.0), chosen[k]};
+    const std::uint32_t i = chosen[k];
+    const auto millimetres = static_cast<std::int32_t>(returns.planar[i] * 1000.0);
+    const std::uint32_t column = returns.column[i];
+    items_[k] = {column << kColumnShift | static_cast<std::uint32_t>(millimetres), i};
   }
-  sort(returns, columns);
+  sort(columns);
   gather(returns);
 }
 
@@ -101,20 +103,17 @@ std::size_t WallReturns::firstIn(std::size_t of_column, const RangeWindow& windo
   return static_cast<std::size_t>(first - planar.data());
 }
 
-/// Two stable passes: the lower bits of the millimetres, then column and upper bits.
-void WallReturns::sort(const UprightReturns& returns, std::size_t columns) {
+/// Two stable passes: the lower bits of the millimetres, then upper bits and column.
+void WallReturns::sort(std::size_t columns) {
   constexpr std::uint32_t kLowBits = 13;
   constexpr std::uint32_t kLowMask = (1U << kLowBits) - 1;
-  constexpr std::uint32_t kUpper = (1U << (16 - kLowBits));  // values of the upper bits
+  constexpr std::uint32_t kUpper = 1U << (kColumnShift - kLowBits);  // values of the upper bits
   sorted_.resize(items_.size());
   low_begin_.assign(kLowMask + 2, 0);
   high_begin_.assign(columns * kUpper + 1, 0);
-  const auto upper = [&](const Item& item) {
-    return returns.column[item.index] * kUpper + (item.key >> kLowBits);
-  };
   for (const Item& item : items_) {
     ++low_begin_[(item.key & kLowMask) + 1];
-    ++high_begin_[upper(item) + 1];
+    ++high_begin_[(item.key >> kLowBits) + 1];
   }
   for (auto* begin : {&low_begin_, &high_begin_}) {
     std::partial_sum(begin->begin(), begin->end(), begin->begin());
@@ -122,20 +121,18 @@ void WallReturns::sort(const UprightReturns& returns, std::size_t columns) {
   column_begin.resize(columns + 1);
   for (std::size_t c = 0; c <= columns; ++c) column_begin[c] = high_begin_[c * kUpper];
   for (const Item& item : items_) sorted_[low_begin_[item.key & kLowMask]++] = item;
-  for (const Item& item : sorted_) items_[high_begin_[upper(item)]++] = item;
+  for (const Item& item : sorted_) items_[high_begin_[item.key >> kLowBits]++] = item;
 }
 
 void WallReturns::gather(const UprightReturns& returns) {
   const std::size_t n = items_.size();
   for (auto* values : {&planar, &height, &x, &y}) values->resize(n);
-  column.resize(n);
   index.resize(n);
   key.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
     const std::uint32_t i = items_[k].index;
     index[k] = i;
-    column[k] = returns.column[i];
-    key[k] = column[k] * kKeysPerColumn + items_[k].key;
+    key[k] = items_[k].key;
     planar[k] = returns.planar[i];
     height[k] = returns.height[i];
     x[k] = returns.points->x[i];
@@ -228,7 +225,7 @@ void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::siz
   }
   if (high - low < kPostExtent) return;
   const auto n = static_cast<double>(count);
-  posts->column.push_back(returns.column[dense_[begin]]);
+  posts->column.push_back(static_cast<std::uint16_t>(returns.key[dense_[begin]] >> kColumnShift));
   posts->count.push_back(static_cast<std::uint32_t>(count));
   posts->distance.push_back(distance / n);
   posts->low.push_back(low);

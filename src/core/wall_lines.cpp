@@ -41,14 +41,15 @@ void slotsOf(const Direction& normal, const double* x, const double* y, std::siz
   }
 }
 
+SMOKE_GROUND_PART std::uint16_t votesOfPair(const std::uint16_t* votes) {
+  return static_cast<std::uint16_t>(votes[0] + votes[1]);
+}
+
 /// The most votes of two slots side by side.
 SMOKE_GROUND_MULTIVERSION
 std::uint16_t mostOfPairs(const std::uint16_t* votes, std::size_t pairs) {
   std::uint16_t most = 0;
-  for (std::size_t s = 0; s < pairs; ++s) {
-    const auto both = static_cast<std::uint16_t>(votes[s] + votes[s + 1]);
-    most = std::max(most, both);
-  }
+  for (std::size_t s = 0; s < pairs; ++s) most = std::max(most, votesOfPair(votes + s));
   return most;
 }
 
@@ -58,11 +59,11 @@ std::size_t firstPairOf(const std::uint16_t* votes, std::uint16_t wanted) {
   std::size_t block = 0;
   for (int is_in = 0; is_in == 0; block += kBlock) {
     for (std::size_t s = block; s < block + kBlock; ++s) {
-      is_in |= static_cast<std::uint16_t>(votes[s] + votes[s + 1]) == wanted ? 1 : 0;
+      is_in |= votesOfPair(votes + s) == wanted ? 1 : 0;
     }
   }
   std::size_t s = block - kBlock;
-  while (votes[s] + votes[s + 1] != wanted) ++s;
+  while (votesOfPair(votes + s) != wanted) ++s;
   return s;
 }
 
