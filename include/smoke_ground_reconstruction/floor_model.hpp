@@ -75,6 +75,15 @@ class FloorFitter {
     int x, y;  // [deg]
     int slot;  // of height
   };
+  /// Returns that vote for the floor's tilt and height; structure of arrays.
+  struct Votes {
+    std::vector<float> x, y, over_lowest;  // [m]
+    std::vector<int> weight;
+
+    std::size_t size() const { return weight.size(); }
+    void resize(std::size_t size);
+    void take(std::size_t place, const Votes& from, std::size_t k);
+  };
   struct Step {
     Plane plane;
     std::array<double, 9> covariance;
@@ -86,8 +95,10 @@ class FloorFitter {
   void collectLow(const Points& returns, double sensor_height);
   Plane coarse(const Points& returns, double sensor_height);
   void castVotes(const Points& returns, double sensor_height);
-  Tilt strongestTilt(const Sample& votes, const Tilts& along_x, const Tilts& along_y);
-  void countVotes(const Sample& votes, float slope_x, const Tilts& along_y);
+  template <typename Number>
+  void countInCells(Number* together);
+  Tilt strongestTilt(const Votes& votes, const Tilts& along_x, const Tilts& along_y);
+  void countVotes(const Votes& votes, float slope_x, const Tilts& along_y);
   int mostVotes(std::size_t tilt, int* slot) const;
   std::size_t slots() const;
   bool refineSome(const Points& returns, const Plane& plane, double sensor_height,
@@ -110,12 +121,11 @@ class FloorFitter {
   std::vector<double> residual_, scale_, variance_, weight_;
   std::vector<double> together_;  // returns that share each one's cell
   std::size_t count_ = 0;         // the rest is padding
-  std::vector<float> vote_x_, vote_y_, over_lowest_;
-  std::vector<int> vote_;
+  Votes votes_, first_votes_;
   std::vector<double> squares_;                                       // of planar ranges
   std::array<std::array<int, kMostSlots + 3>, kMostTilts> counts_{};  // by tilt along y and slot
   std::vector<std::uint32_t> cell_count_;
-  std::vector<std::uint32_t> vote_cell_;
+  std::vector<std::uint32_t> cell_;  // of each vote or return that is fitted
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "lanes.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 #include "point_loops.hpp"
@@ -34,7 +36,7 @@ constexpr double kMad = 1.4826;                           // a sigma in median a
 constexpr double kSines = 1024.0, kLengths = 20000.0;     // steps in which medians are taken
 constexpr double kFewest = 50.0;                          // returns that make a plane
 constexpr double kNarrowest = 0.6;  // and the length they must span across, two sigma [m]
-constexpr std::size_t kLanes = OrderedSum::kLanes;
+constexpr std::size_t kSumLanes = OrderedSum::kLanes;
 
 // Rounded, for libraries that differ in the last bit. Not inline: where GCC 12 makes a vector of
 // two slopes, it loses the rounding.
@@ -49,20 +51,35 @@ std::uint32_t cellOf(double x, double y) {
   return static_cast<std::uint32_t>(column * kCellsAcross + row);
 }
 
+template <typename Number>
+SMOKE_GROUND_MULTIVERSION void cellsOf(const Number* x, const Number* y, std::size_t size,
+                                       std::uint32_t* cell) {
+  for (std::size_t k = 0; k < size; ++k) cell[k] = cellOf(x[k], y[k]);
+}
+
+/// From the number of votes in each one's cell to its weight.
+SMOKE_GROUND_MULTIVERSION
+void weigh(int* votes, std::size_t size) {
+  for (std::size_t k = 0; k < size; ++k) {
+    votes[k] = floorToInt(kVote / std::sqrt(static_cast<double>(votes[k])) + 0.5);
+  }
+}
+
 /// Counts of values >= 0 in steps, and their median.
 class Histogram {
  public:
   explicit Histogram(double per_unit) : per_unit_(per_unit) {}
 
   void add(double value) {
-    ++counts_[static_cast<std::size_t>(value * per_unit_)];
-    ++total_;
+    const int slot = static_cast<int>(value * per_unit_);
+    ++counts_[static_cast<std::uint32_t>(slot)];
   }
-  bool isEmpty() const { return total_ == 0; }
+  std::uint32_t total() const { return std::accumulate(counts_.begin(), counts_.end(), 0U); }
   double median() const {
-    std::size_t below = 0;
+    const std::uint32_t half = (total() - 1) / 2;
+    std::uint32_t below = 0;
     std::size_t slot = 0;
-    while ((below += counts_[slot]) <= (total_ - 1) / 2) ++slot;
+    while ((below += counts_[slot]) <= half) ++slot;
     return (static_cast<double>(slot) + 0.5) / per_unit_;
   }
 
@@ -70,7 +87,6 @@ class Histogram {
   static constexpr std::size_t kSize = 1202;  // sines up to 1, lengths up to 0.06 m
   double per_unit_;
   std::array<std::uint32_t, kSize> counts_{};
-  std::size_t total_ = 0;
 };
 
 /// Which returns lie so near to the mounting height that they may be floor.
@@ -152,17 +168,20 @@ void FloorFitter::collectLow(const Points& returns, double sensor_height) {
 /// all of them which of those beside it.
 FloorFitter::Plane FloorFitter::coarse(const Points& returns, double sensor_height) {
   castVotes(returns, sensor_height);
-  const int steepest = params_.max_floor_tilt_deg;
-  const Sample some(vote_.size(), kFirstVotes), all(vote_.size(), vote_.size());
-  const Tilts any = {-steepest, steepest};
-  Tilt tilt = strongestTilt(some, any, any);
-  if (some.size() < all.size()) tilt = strongestTilt(all, any.beside(tilt.x), any.beside(tilt.y));
+  const Sample sample(votes_.size(), kFirstVotes);
+  first_votes_.resize(sample.size());
+  for (std::size_t k = 0; k < sample.size(); ++k) first_votes_.take(k, votes_, sample[k]);
+  const Tilts any = {-params_.max_floor_tilt_deg, params_.max_floor_tilt_deg};
+  Tilt tilt = strongestTilt(first_votes_, any, any);
+  if (first_votes_.size() < votes_.size()) {
+    tilt = strongestTilt(votes_, any.beside(tilt.x), any.beside(tilt.y));
+  }
   const double lowest = -sensor_height - params_.max_height_deviation;
   return {slopeOf(tilt.x), slopeOf(tilt.y), lowest + (tilt.slot + 0.5) / kSlotsPerMetre};
 }
 
 /// The tilt, among some along both axes, that most votes agree on; slight tilts win ties.
-FloorFitter::Tilt FloorFitter::strongestTilt(const Sample& votes, const Tilts& along_x,
+FloorFitter::Tilt FloorFitter::strongestTilt(const Votes& votes, const Tilts& along_x,
                                              const Tilts& along_y) {
   std::int64_t best = -1;
   Tilt strongest{};
@@ -181,26 +200,44 @@ FloorFitter::Tilt FloorFitter::strongestTilt(const Sample& votes, const Tilts& a
   return strongest;
 }
 
+void FloorFitter::Votes::resize(std::size_t size) {
+  for (auto* values : {&x, &y, &over_lowest}) values->resize(size);
+  weight.resize(size);
+}
+
+void FloorFitter::Votes::take(std::size_t place, const Votes& from, std::size_t k) {
+  x[place] = from.x[k];
+  y[place] = from.y[k];
+  over_lowest[place] = from.over_lowest[k];
+  weight[place] = from.weight[k];
+}
+
 /// Each cell of the floor has about one vote.
 void FloorFitter::castVotes(const Points& returns, double sensor_height) {
-  for (auto* values : {&vote_x_, &vote_y_, &over_lowest_}) values->clear();
-  vote_cell_.clear();
-  vote_.clear();
-  cell_count_.resize(static_cast<std::size_t>(kCellsAcross * kCellsAcross), 0);
   const Sample sample(low_.size(), kVotes);
+  votes_.resize(sample.size());
   for (std::size_t k = 0; k < sample.size(); ++k) {
     const std::uint32_t i = low_[sample[k]];
-    vote_cell_.push_back(cellOf(returns.x[i], returns.y[i]));
-    ++cell_count_[vote_cell_.back()];
-    vote_x_.push_back(returns.x[i]);
-    vote_y_.push_back(returns.y[i]);
-    over_lowest_.push_back((returns.z[i] + static_cast<float>(sensor_height)) +
-                           static_cast<float>(params_.max_height_deviation));
+    votes_.x[k] = returns.x[i];
+    votes_.y[k] = returns.y[i];
+    votes_.over_lowest[k] = (returns.z[i] + static_cast<float>(sensor_height)) +
+                            static_cast<float>(params_.max_height_deviation);
   }
-  for (const std::uint32_t cell : vote_cell_) {
-    vote_.push_back(floorToInt(kVote / std::sqrt(static_cast<double>(cell_count_[cell])) + 0.5));
+  cell_.resize(sample.size());
+  cellsOf(votes_.x.data(), votes_.y.data(), sample.size(), cell_.data());
+  countInCells(votes_.weight.data());
+  weigh(votes_.weight.data(), votes_.size());
+}
+
+/// How many share each one's cell.
+template <typename Number>
+void FloorFitter::countInCells(Number* together) {
+  cell_count_.resize(static_cast<std::size_t>(kCellsAcross * kCellsAcross), 0);
+  for (const std::uint32_t cell : cell_) ++cell_count_[cell];
+  for (std::size_t k = 0; k < cell_.size(); ++k) {
+    together[k] = static_cast<Number>(cell_count_[cell_[k]]);
   }
-  for (const std::uint32_t cell : vote_cell_) cell_count_[cell] = 0;
+  for (const std::uint32_t cell : cell_) cell_count_[cell] = 0;
 }
 
 /// Slots of height that are voted for.
@@ -211,29 +248,23 @@ std::size_t FloorFitter::slots() const {
 /// Some votes by slot of height under one tilt along x and several along y, in single precision:
 /// slots are 10 mm high.
 SMOKE_GROUND_MULTIVERSION
-void FloorFitter::countVotes(const Sample& votes, float slope_x, const Tilts& along_y) {
+void FloorFitter::countVotes(const Votes& votes, float slope_x, const Tilts& along_y) {
   const auto tilts = static_cast<std::size_t>(along_y.last - along_y.first + 1);
   std::array<float, kMostTilts> slopes{};
   for (std::size_t k = 0; k < tilts; ++k) {
     slopes[k] = static_cast<float>(slopeOf(static_cast<int>(k) + along_y.first));
-    counts_[k].fill(0);
   }
+  const std::size_t padded = (tilts + kLanes - 1) / kLanes * kLanes;
+  for (std::size_t k = 0; k < padded; ++k) std::fill_n(counts_[k].begin(), slots() + 3, 0);
   const auto highest = static_cast<float>(slots());
-  const int nowhere = static_cast<int>(slots()) + 2;
-  const std::size_t padded = (tilts + 7) / 8 * 8;  // whole vectors
+  const Floats nowhere = Floats{} + (highest + 1.0F);
   for (std::size_t n = 0; n < votes.size(); ++n) {
-    const std::size_t i = votes[n];
-    const float turned = over_lowest_[i] - slope_x * vote_x_[i];
-    const float y = vote_y_[i];
-    std::array<int, kMostTilts> slot;
-    for (std::size_t k = 0; k < padded; ++k) {
-      const float at = (turned - slopes[k] * y) * kSlotsPerMetre;
-      const bool is_inside = (at >= 0.0F) & (at < highest);
-      slot[k] = is_inside ? static_cast<int>(at) + 1 : nowhere;
-    }
-    const int vote = vote_[i];
-    for (std::size_t k = 0; k < tilts; ++k) {
-      counts_[k][static_cast<std::size_t>(slot[k])] += vote;
+    const float turned = votes.over_lowest[n] - slope_x * votes.x[n];
+    for (std::size_t first = 0; first < padded; first += kLanes) {
+      const Floats at = (turned - loadLanes(&slopes[first]) * votes.y[n]) * kSlotsPerMetre;
+      const Ints is_inside = (at >= 0.0F) & (at < highest);
+      const Ints slot = __builtin_convertvector(is_inside ? at : nowhere, Ints) + 1;
+      for (std::size_t k = 0; k < kLanes; ++k) counts_[first + k][slot[k]] += votes.weight[n];
     }
   }
 }
@@ -319,7 +350,7 @@ void FloorFitter::fitNearer(const Points& returns, double sensor_height, FloorMo
 
 /// Takes what lies near to a plane, padded to whole lanes by what no weight falls on.
 void FloorFitter::keepNear(const Points& returns, const Sample& sample, const Plane& plane) {
-  for (auto* values : {&x_, &y_, &z_}) values->resize(sample.size() + kLanes);
+  for (auto* values : {&x_, &y_, &z_}) values->resize(sample.size() + kSumLanes);
   count_ = 0;
   for (std::size_t k = 0; k < sample.size(); ++k) {
     const std::uint32_t i = low_[sample[k]];
@@ -329,7 +360,7 @@ void FloorFitter::keepNear(const Points& returns, const Sample& sample, const Pl
     const double residual = z - ((plane.a * x + plane.b * y) + plane.c);
     count_ += std::fabs(residual) < kTaken ? 1U : 0U;
   }
-  const std::size_t padded = (count_ + kLanes - 1) / kLanes * kLanes;
+  const std::size_t padded = (count_ + kSumLanes - 1) / kSumLanes * kSumLanes;
   for (auto* values : {&x_, &y_, &z_}) values->resize(padded);
   for (std::size_t k = count_; k < padded; ++k) {
     x_[k] = y_[k] = 0.0;
@@ -343,14 +374,10 @@ void FloorFitter::keepNear(const Points& returns, const Sample& sample, const Pl
 
 /// How many returns share each one's cell: its height above the plane is common to them.
 void FloorFitter::countTogether() {
-  vote_cell_.resize(count_);
-  for (std::size_t i = 0; i < count_; ++i) {
-    vote_cell_[i] = cellOf(x_[i], y_[i]);
-    ++cell_count_[vote_cell_[i]];
-  }
+  cell_.resize(count_);
+  cellsOf(x_.data(), y_.data(), count_, cell_.data());
   together_.assign(x_.size(), 1.0);
-  for (std::size_t i = 0; i < count_; ++i) together_[i] = cell_count_[vote_cell_[i]];
-  for (const std::uint32_t cell : vote_cell_) cell_count_[cell] = 0;
+  countInCells(together_.data());
 }
 
 SMOKE_GROUND_MULTIVERSION
@@ -364,9 +391,9 @@ void FloorFitter::residuals(const Plane& plane) {
 SMOKE_GROUND_MULTIVERSION
 FloorFitter::Step FloorFitter::reweighted(double sensor_height) {
   enum { kS, kX, kY, kZ, kXx, kXy, kXz, kYy, kYz, kSums };
-  std::array<std::array<double, kLanes>, kSums> sums{};
-  for (std::size_t i = 0; i < x_.size(); i += kLanes) {
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+  std::array<std::array<double, kSumLanes>, kSums> sums{};
+  for (std::size_t i = 0; i < x_.size(); i += kSumLanes) {
+    for (std::size_t lane = 0; lane < kSumLanes; ++lane) {
       const std::size_t k = i + lane;
       const double u = residual_[k] / (kTukey * scale_[k]);
       const double rest = 1.0 - u * u;
@@ -405,13 +432,10 @@ void FloorFitter::tellNoise(double* noise, double* uneven) {
   *uneven = kUneven;
   const double nearest = kTukey * kScales.back();
   Histogram sines(kSines);
-  std::size_t near = 0;
   for (std::size_t i = 0; i < count_; ++i) {
-    if (!(std::fabs(residual_[i]) < nearest)) continue;
-    sines.add(sine_[i]);
-    ++near;
+    if (std::fabs(residual_[i]) < nearest) sines.add(sine_[i]);
   }
-  if (static_cast<double>(near) < kFewest) return;
+  if (static_cast<double>(sines.total()) < kFewest) return;
   const double middle = sines.median();
   std::array<Histogram, 2> lengths = {Histogram(kLengths), Histogram(kLengths)};
   std::array<Histogram, 2> halves = {Histogram(kSines), Histogram(kSines)};
@@ -421,7 +445,7 @@ void FloorFitter::tellNoise(double* noise, double* uneven) {
     lengths[half].add(std::fabs(residual_[i]));
     halves[half].add(sine_[i]);
   }
-  if (lengths[0].isEmpty() || lengths[1].isEmpty()) return;
+  if (lengths[0].total() == 0 || lengths[1].total() == 0) return;
   const double high = kMad * lengths[0].median();
   const double low = kMad * lengths[1].median();
   const double steeper = halves[0].median() * halves[0].median();
