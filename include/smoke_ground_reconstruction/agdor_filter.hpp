@@ -1,12 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "smoke_ground_reconstruction/label.hpp"
 #include "smoke_ground_reconstruction/neighbor_counter.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
+#include "smoke_ground_reconstruction/scan_raster.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -44,7 +46,10 @@ class AgdorFilter {
   explicit AgdorFilter(const AgdorParams& params, NeighborCounterFactory kdtree = nullptr);
 
   /// One label per point: kInvalid, kKept or kNoise.
-  std::vector<Label> classify(const Scan& scan) const;
+  /// \param raster  where given: gets the raster of all valid points if one was made, which serves
+  /// the
+  ///                segmentation as well.
+  std::vector<Label> classify(const Scan& scan, std::optional<ScanRaster>* raster = nullptr) const;
 
  private:
   AgdorParams params_;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "smoke_ground_reconstruction/label.hpp"
 #include "smoke_ground_reconstruction/scan.hpp"
+#include "smoke_ground_reconstruction/scan_raster.hpp"
 #include "smoke_ground_reconstruction/sensor_model.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -56,8 +58,10 @@ class ChannelSegmentation {
   /// One label per point: kInvalid and kNoise as they come in, kKept turned into kGround or kWall
   /// where a pair says so. O(n log n).
   /// \param labels  the denoiser's answer; only kKept points are looked at.
+  /// \param raster  of all valid points of this scan, if there is one.
   std::vector<Label> classify(const Scan& scan, const std::vector<Label>& labels,
-                              const SensorModel& sensor) const;
+                              const SensorModel& sensor,
+                              std::optional<ScanRaster> raster = std::nullopt) const;
 
  private:
   ChannelSegmentationParams params_;

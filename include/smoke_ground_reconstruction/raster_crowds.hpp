@@ -21,7 +21,7 @@ bool mayFindOutsiders(const Crowd& crowd, std::size_t columns);
 /// \param raster  of all valid points, not crowded, mayFindOutsiders().
 /// \param is_outside  one flag per point: valid, and in no crowd.
 /// \return false: points are too near, or rows too steep or too wide, and nothing was found out.
-bool findOutsiders(const Scan& scan, const ScanRaster& raster, std::size_t columns,
-                   const Crowd& crowd, std::vector<std::uint8_t>* is_outside);
+bool findOutsiders(const Scan& scan, const ScanRaster& raster, const Crowd& crowd,
+                   std::vector<std::uint8_t>* is_outside);
 
 }  // namespace smoke_ground_reconstruction

@@ -26,6 +26,7 @@ struct ScanRaster {
 
   static constexpr std::size_t kWidth = 16;  ///< of a stripe; the last one may have empty columns
 
+  std::size_t columns;
   std::size_t stripes;
   std::size_t rows;
   bool has_second = false;        ///< a second layer, secondOf() each place
@@ -39,6 +40,10 @@ struct ScanRaster {
   /// \param most_layers  1 or 2.
   ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
              std::size_t most_layers = 2);
+
+  /// Takes all points out that have another label than kKept. Those that had found their places
+  /// taken take the places left. \param scan  the one it was made of.
+  void keep(const Scan& scan, const std::vector<Label>& labels);
 
   /// Rows of a scan's raster: one more than its greatest ring.
   static std::size_t rowsFor(const Scan& scan);
@@ -54,6 +59,8 @@ struct ScanRaster {
   void put(const Scan& scan, std::size_t begin, std::size_t size);
   void putInTwo(const Scan& scan, std::size_t begin, std::size_t size);
   void addSecond(const Scan& scan);
+  void moveTo(std::size_t at, const Scan& scan, std::size_t point);
+  void keepExtras(const Scan& scan, const std::vector<Label>& labels);
 };
 
 }  // namespace smoke_ground_reconstruction

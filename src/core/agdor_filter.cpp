@@ -56,14 +56,12 @@ std::size_t worthwhileLayers(const Scan& scan) {
 
 /// On the raster; false where it does not serve.
 bool removeOnRaster(const Scan& scan, double intensity_threshold, const Crowd& crowd,
-                    std::vector<Label>* labels) {
+                    std::vector<Label>* labels, std::optional<ScanRaster>* raster) {
   const std::size_t layers = worthwhileLayers(scan);
   if (layers == 0 || !mayFindOutsiders(crowd, columns().count())) return false;
-  const ScanRaster raster(scan, *labels, columns(), layers);
+  raster->emplace(scan, *labels, columns(), layers);
   Recycled<std::uint8_t> is_outside;
-  if (raster.is_crowded || !findOutsiders(scan, raster, columns().count(), crowd, &is_outside)) {
-    return false;
-  }
+  if ((*raster)->is_crowded || !findOutsiders(scan, **raster, crowd, &is_outside)) return false;
   labelNoise(scan.intensity.data(), is_outside.data(), scan.size(), intensity_threshold,
              labels->data());
   return true;
@@ -96,7 +94,11 @@ AgdorFilter::AgdorFilter(const AgdorParams& params, NeighborCounterFactory kdtre
   require(static_cast<bool>(make_counter_), "engine", "window in a build without PCL", "kdtree");
 }
 
-std::vector<Label> AgdorFilter::classify(const Scan& scan) const {
+std::vector<Label> AgdorFilter::classify(const Scan& scan,
+                                         std::optional<ScanRaster>* raster) const {
+  std::optional<ScanRaster> own;
+  if (raster == nullptr) raster = &own;
+  raster->reset();
   std::vector<Label> labels(scan.size());
   for (std::size_t i = 0; i < scan.size(); ++i) {
     labels[i] = scan.valid[i] != 0 ? Label::kKept : Label::kInvalid;
@@ -106,7 +108,8 @@ std::vector<Label> AgdorFilter::classify(const Scan& scan) const {
                            ? std::numeric_limits<std::size_t>::max()
                            : static_cast<std::size_t>(params_.max_neighbors)};
   const bool may_be_on_raster = params_.engine == DenoiserEngine::kWindow;
-  if (may_be_on_raster && removeOnRaster(scan, params_.intensity_threshold, crowd, &labels)) {
+  if (may_be_on_raster &&
+      removeOnRaster(scan, params_.intensity_threshold, crowd, &labels, raster)) {
     return labels;
   }
   Recycled<std::uint32_t> low;

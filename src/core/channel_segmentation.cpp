@@ -36,12 +36,17 @@ ChannelSegmentation::ChannelSegmentation(const ChannelSegmentationParams& params
     : params_(validated(params)), columns_(params.column_width_deg) {}
 
 std::vector<Label> ChannelSegmentation::classify(const Scan& scan, const std::vector<Label>& labels,
-                                                 const SensorModel& sensor) const {
+                                                 const SensorModel& sensor,
+                                                 std::optional<ScanRaster> raster) const {
   const PairTests tests(params_);
   std::vector<Label> result = labels;
-  const ScanRaster raster(scan, labels, columns_);
-  if (!raster.is_crowded) {
-    labelRaster(scan, raster, sensor, tests, params_.label_point, &result);
+  if (raster && !raster->is_crowded && raster->columns == columns_.count()) {
+    raster->keep(scan, labels);
+  } else {
+    raster.emplace(scan, labels, columns_);
+  }
+  if (!raster->is_crowded) {
+    labelRaster(scan, *raster, sensor, tests, params_.label_point, &result);
     return result;
   }
   Recycled<std::uint8_t> use(scan.size());

@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/pipeline.hpp"
 
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include "smoke_ground_reconstruction/label.hpp"
@@ -77,9 +78,11 @@ void Pipeline::processSegments(const ScanView& view, const Mounting& mounting,
   const Scan levelled(is_level ? ScanView() : view, mounting);
   const Scan& level = is_level ? scan : levelled;
   stopwatch.lap("organise");
-  const auto denoised = denoiser_.classify(scan);
+  std::optional<ScanRaster> raster;
+  const auto denoised = denoiser_.classify(scan, &raster);
   stopwatch.lap("denoise");
-  result->labels = segmentation_.classify(level, denoised, sensor_);
+  if (!is_level) raster.reset();  // its azimuths are others
+  result->labels = segmentation_.classify(level, denoised, sensor_, std::move(raster));
   stopwatch.lap("segment");
   result->clusters = clustering_.cluster(level, result->labels);
   stopwatch.lap("cluster");

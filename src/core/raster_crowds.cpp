@@ -283,10 +283,9 @@ void countAside(const Aside& aside, std::size_t row, const Factors& factors, Aro
 
 class RasterCrowds {
  public:
-  RasterCrowds(const Scan& scan, const ScanRaster& raster, std::size_t columns, const Crowd& crowd)
+  RasterCrowds(const Scan& scan, const ScanRaster& raster, const Crowd& crowd)
       : scan_(scan),
         raster_(raster),
-        columns_(columns),
         crowd_(crowd),
         factors_(crowd.radius_per_range),
         layers_(raster.has_second ? 2 : 1),
@@ -377,7 +376,7 @@ class RasterCrowds {
     const double steepest = spans[row].steepest();
     if (steepest + angle >= kUpright - 1e-3) return false;
     const double to_the_side = std::asin(std::sin(angle) / std::cos(steepest)) + kAngleMargin;
-    const double columns = to_the_side / kTwoPi * static_cast<double>(columns_) + 1.0;
+    const double columns = to_the_side / kTwoPi * static_cast<double>(raster_.columns) + 1.0;
     if (columns >= kHalo + 1.0) return false;
     using Near = std::pair<double, std::uint32_t>;
     Recycled<Near> near;
@@ -399,7 +398,7 @@ class RasterCrowds {
   }
 
   void takeStripe(std::size_t stripe, Around* around) const {
-    const bool is_inside = stripe > 0 && stripe * kWidth + kWidth + kHalo <= columns_;
+    const bool is_inside = stripe > 0 && stripe * kWidth + kWidth + kHalo <= raster_.columns;
     if (!is_inside) return takeColumns(stripe, around);
     for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
       if (reaches_[row % raster_.rows].columns == 0) continue;  // nothing there
@@ -413,7 +412,7 @@ class RasterCrowds {
   /// The same across +x.
   void takeColumns(std::size_t stripe, Around* around) const {
     for (std::size_t k = 0; k < kSpan; ++k) {
-      const std::size_t column = (stripe * kWidth + k + columns_ - kHalo) % columns_;
+      const std::size_t column = (stripe * kWidth + k + raster_.columns - kHalo) % raster_.columns;
       for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
         copy<1>(placeOf(column / kWidth, row) + column % kWidth, row * kSpan + k, around);
       }
@@ -442,7 +441,8 @@ class RasterCrowds {
                std::lower_bound(raster_.extras.begin(), raster_.extras.end(), begin, is_before);
            extra != raster_.extras.end() && extra->place < begin + size; ++extra) {
         const std::size_t column = from % raster_.stripes * kWidth + extra->place % kWidth;
-        const std::size_t here = (column + columns_ + kHalo - stripe * kWidth) % columns_;
+        const std::size_t here =
+            (column + raster_.columns + kHalo - stripe * kWidth) % raster_.columns;
         if (here >= kSpan) continue;
         asides_.push_back({scan_.point(extra->point), extra->point,
                            static_cast<std::uint32_t>(raster_.rowOf(extra->place)), here});
@@ -494,7 +494,6 @@ class RasterCrowds {
 
   const Scan& scan_;
   const ScanRaster& raster_;
-  const std::size_t columns_;
   const Crowd crowd_;
   const Factors factors_;
   const std::size_t layers_;
@@ -513,9 +512,9 @@ bool mayFindOutsiders(const Crowd& crowd, std::size_t columns) {
   return angle / kTwoPi * static_cast<double>(columns) < static_cast<double>(kHalo);
 }
 
-bool findOutsiders(const Scan& scan, const ScanRaster& raster, std::size_t columns,
-                   const Crowd& crowd, std::vector<std::uint8_t>* is_outside) {
-  RasterCrowds crowds(scan, raster, columns, crowd);
+bool findOutsiders(const Scan& scan, const ScanRaster& raster, const Crowd& crowd,
+                   std::vector<std::uint8_t>* is_outside) {
+  RasterCrowds crowds(scan, raster, crowd);
   if (!crowds.findReaches()) return false;
   crowds.findOutsiders(is_outside);
   return true;

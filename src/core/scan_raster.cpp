@@ -40,7 +40,7 @@ std::size_t ScanRaster::rowsFor(const Scan& scan) {
 
 ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
                        std::size_t most_layers)
-    : stripes((bins.count() + kWidth - 1) / kWidth), rows(rowsFor(scan)) {
+    : columns(bins.count()), stripes((columns + kWidth - 1) / kWidth), rows(rowsFor(scan)) {
   const std::size_t places = stripes * rows * kWidth;
   is_crowded = places > kMostPlaces || places > kMostPlacesPerPoint * scan.size();
   if (is_crowded) return;
@@ -84,10 +84,48 @@ void ScanRaster::addSecond(const Scan& scan) {
       left.push_back(extra);
       continue;
     }
-    x[at] = scan.x[extra.point];
-    y[at] = scan.y[extra.point];
-    z[at] = scan.z[extra.point];
-    place[extra.point] = static_cast<std::uint32_t>(at);
+    moveTo(at, scan, extra.point);
+  }
+  extras.swap(left);
+}
+
+void ScanRaster::moveTo(std::size_t at, const Scan& scan, std::size_t point) {
+  x[at] = scan.x[point];
+  y[at] = scan.y[point];
+  z[at] = scan.z[point];
+  place[point] = static_cast<std::uint32_t>(at);
+}
+
+void ScanRaster::keep(const Scan& scan, const std::vector<Label>& labels) {
+  const std::uint32_t none = nowhere();
+  float* const to_x = x.data();
+  std::uint32_t* const goes_to = place.data();
+  for (std::size_t i = 0, size = scan.size(); i < size; ++i) {  // no branches
+    const bool is_kept = labels[i] == Label::kKept;
+    to_x[is_kept ? none : goes_to[i]] = NAN;
+    goes_to[i] = is_kept ? goes_to[i] : none;
+  }
+  for (std::size_t i = 0; has_second && i < scan.size(); ++i) {
+    if (goes_to[i] <= none) continue;
+    const std::size_t second = goes_to[i];
+    if (isTaken(second - secondOf(0))) continue;
+    moveTo(second - secondOf(0), scan, i);
+    to_x[second] = NAN;
+  }
+  keepExtras(scan, labels);
+}
+
+void ScanRaster::keepExtras(const Scan& scan, const std::vector<Label>& labels) {
+  Recycled<Extra> left;
+  for (const Extra& extra : extras) {
+    if (labels[extra.point] != Label::kKept) continue;
+    if (!isTaken(extra.place)) {
+      moveTo(extra.place, scan, extra.point);
+    } else if (has_second && !isTaken(secondOf(extra.place))) {
+      moveTo(secondOf(extra.place), scan, extra.point);
+    } else {
+      left.push_back(extra);
+    }
   }
   extras.swap(left);
 }

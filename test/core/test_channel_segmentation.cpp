@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -318,6 +319,43 @@ TEST(ChannelSegmentation, FindsTheFloorAndTheWallsOfABoxRoom) {
                         : surfaces[i] == Surface::kWall ? kWall
                                                         : kKept;
     ASSERT_EQ(labels[i], truth) << "point " << i;
+  }
+}
+
+/// A room, every n-th point of it once more and twice more, some of it smoke.
+Cloud roomWithRepeats(std::size_t n) {
+  BoxRoom room;
+  room.elevations_deg = evenElevations(16, -50.0, 30.0);
+  Cloud cloud = room.scan();
+  for (std::size_t i = 0, size = cloud.size(); i < size; i += n) {
+    for (const double times : {1.02, 1.2}) {
+      if (times > 1.1 && i % 64 != 0) continue;
+      cloud.add(times * cloud.x[i], times * cloud.y[i], times * cloud.z[i], cloud.ring[i]);
+    }
+  }
+  return cloud;
+}
+
+TEST(ChannelSegmentation, TakesTheRasterOfAllPoints) {
+  const auto sensor = SensorModel::fromElevations(evenElevations(16, -50.0, 30.0));
+  for (const std::size_t n : {1U, 64U, 100000U}) {  // a second layer, extras, neither
+    const Cloud cloud = roomWithRepeats(n);
+    const Scan scan(cloud.view());
+    Uniform uniform(static_cast<unsigned>(n));
+    Labels labels;
+    while (labels.size() < scan.size()) {
+      labels.push_back(uniform(0.0, 1.0) < 0.3 ? Label::kNoise : kKept);
+    }
+    const ScanRaster raster(scan, Labels(scan.size(), kKept), AzimuthBins(0.4));
+    ASSERT_FALSE(raster.is_crowded);
+    Params params;
+    for (const LabelPoint label_point : {LabelPoint::kFirst, LabelPoint::kSecond}) {
+      params.label_point = label_point;
+      const ChannelSegmentation segmentation(params);
+      const Labels alone = segmentation.classify(scan, labels, sensor);
+      EXPECT_EQ(segmentation.classify(scan, labels, sensor, raster), alone) << "every " << n;
+      EXPECT_GT(std::count(alone.begin(), alone.end(), kWall), 100);
+    }
   }
 }
 

@@ -47,7 +47,7 @@ void expectExact(const Cloud& cloud) {
     for (const double columns : {0.5, 1.0, 3.0}) {
       const Crowd crowd = {columns * 2.0 * kDegree, more_than, kUnlimited};
       std::vector<std::uint8_t> found;
-      ASSERT_TRUE(findOutsiders(scan, raster, kBins.count(), crowd, &found));
+      ASSERT_TRUE(findOutsiders(scan, raster, crowd, &found));
       EXPECT_EQ(found, outsidersByBruteForce(scan, crowd))
           << "more than " << more_than << " within " << columns << " columns";
     }
@@ -130,7 +130,7 @@ TEST(RasterCrowds, AreExactWhereNeighborsAreEquallyFar) {  // as far as the radi
   const Scan scan(cloud.view());
   const Crowd crowd = {2.0 * std::sin(1.0 * kDegree), 1, kUnlimited};
   std::vector<std::uint8_t> found;
-  ASSERT_TRUE(findOutsiders(scan, rasterOf(scan), kBins.count(), crowd, &found));
+  ASSERT_TRUE(findOutsiders(scan, rasterOf(scan), crowd, &found));
   EXPECT_EQ(found, outsidersByBruteForce(scan, crowd));
 }
 
@@ -139,7 +139,7 @@ TEST(RasterCrowds, KnowNothingOfSteepRows) {
   cloud.add(0.001, 0.0, 1.0, 0);
   const Scan scan(cloud.view());
   std::vector<std::uint8_t> found;
-  EXPECT_FALSE(findOutsiders(scan, rasterOf(scan), kBins.count(), kFew, &found));
+  EXPECT_FALSE(findOutsiders(scan, rasterOf(scan), kFew, &found));
 }
 
 TEST(RasterCrowds, KnowNothingOfPointsNextToTheSensor) {
@@ -147,7 +147,7 @@ TEST(RasterCrowds, KnowNothingOfPointsNextToTheSensor) {
   cloud.add(1e-12, 0.0, 0.0, 5);
   const Scan scan(cloud.view());
   std::vector<std::uint8_t> found;
-  EXPECT_FALSE(findOutsiders(scan, rasterOf(scan), kBins.count(), kFew, &found));
+  EXPECT_FALSE(findOutsiders(scan, rasterOf(scan), kFew, &found));
 }
 
 }  // namespace

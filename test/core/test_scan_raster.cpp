@@ -117,6 +117,37 @@ TEST(ScanRaster, SetsAsideTheThirdAtAPlace) {
   EXPECT_EQ(raster.place[145], raster.nowhere());
 }
 
+TEST(ScanRaster, KeepsWhatIsAsked) {
+  Cloud cloud = threeRings();
+  std::vector<Label> labels(cloud.size(), Label::kKept);
+  labels[7] = labels[30] = Label::kNoise;
+  ScanRaster raster = rasterOf(cloud);
+  const std::size_t of_7 = raster.place[7];
+  raster.keep(Scan(cloud.view()), labels);
+  EXPECT_FALSE(raster.isTaken(of_7));
+  EXPECT_EQ(raster.place, rasterOf(cloud, labels).place);
+}
+
+TEST(ScanRaster, KeepsTheFirstLayerFirst) {
+  Cloud cloud = threeRings();
+  addAgain(0, 144, &cloud);
+  addAgain(20, 22, &cloud);  // 288 and 289 are third
+  std::vector<Label> labels(cloud.size(), Label::kKept);
+  labels[20] = labels[21] = labels[144 + 21] = labels[144 + 50] = Label::kNoise;
+  ScanRaster raster = rasterOf(cloud);
+  const std::size_t at_20 = raster.place[20], at_21 = raster.place[21];
+  ASSERT_EQ(raster.extras.size(), 2U);
+  raster.keep(Scan(cloud.view()), labels);
+  EXPECT_TRUE(raster.extras.empty());
+  EXPECT_EQ(raster.place[144 + 20], at_20);
+  EXPECT_EQ(raster.place[288], raster.secondOf(at_20));
+  EXPECT_EQ(raster.place[289], at_21);
+  EXPECT_FALSE(raster.isTaken(raster.secondOf(at_21)));
+  EXPECT_EQ(raster.x[at_20], cloud.x[144 + 20]);
+  EXPECT_EQ(raster.x[raster.secondOf(at_20)], cloud.x[288]);
+  EXPECT_FALSE(raster.isTaken(raster.secondOf(raster.place[50])));
+}
+
 TEST(ScanRaster, GivesUpWhereManyPlacesHaveThree) {
   Cloud cloud = threeRings();
   addAgain(0, 48, &cloud);
