@@ -69,12 +69,26 @@ struct Span {
   }
 };
 
-/// Where neighbours of a row's points can lie: in some rows, and so many columns to either side. Of
-/// a row without points nowhere.
-struct Reach {
-  std::uint32_t begin = 0, end = 0;  // of a list of rows
-  std::uint32_t columns = 0;
+/// A row of any layer where neighbours can lie, so many columns to either side.
+struct NearRow {
+  std::uint32_t row;
+  std::uint32_t columns;
 };
+
+/// Where neighbours of a row's points can lie: the places [begin, end) of a list. Those of a row
+/// without points: nowhere.
+struct Reach {
+  std::uint32_t begin = 0, end = 0;
+};
+
+/// Greatest difference of azimuth [rad] of two points that far apart, of rows that far apart.
+double azimuthBetween(const Span& a, const Span& b, double angle) {
+  const double apart = std::sin(std::max(0.0, a.distanceTo(b)) / 2.0);
+  const double whole = std::sin(angle / 2.0);
+  const double cosines = std::cos(a.steepest()) * std::cos(b.steepest());
+  return 2.0 *
+         std::asin(std::sqrt(std::clamp((whole * whole - apart * apart) / cosines, 0.0, 1.0)));
+}
 
 /// Factors of squared ranges: balls a hair smaller and a hair larger than the one asked about.
 struct Factors {
@@ -166,16 +180,15 @@ SMOKE_GROUND_PART void lookForAll(const Around& around, std::size_t at, std::uin
 
 /// Looks along rows for one point, at eight places at once, until it has found enough.
 /// \param at  its place in row 0.
-SMOKE_GROUND_PART void lookForOne(const Around& around, std::size_t at, const std::uint32_t* row,
-                                  const std::uint32_t* rows_end, std::uint32_t columns,
-                                  const Balls& ball, std::int32_t enough, std::int32_t* surely,
-                                  std::int32_t* possibly) {
+SMOKE_GROUND_PART void lookForOne(const Around& around, std::size_t at, const NearRow* near_row,
+                                  const NearRow* end, const Balls& ball, std::int32_t enough,
+                                  std::int32_t* surely, std::int32_t* possibly) {
   Found found;
-  for (; row < rows_end; ++row) {
-    const std::size_t there = at + *row * kSpan;
+  for (; near_row < end; ++near_row) {
+    const std::size_t there = at + near_row->row * kSpan;
     lookAt(around, there - kLanes, ball, &found);
     lookAt(around, there, ball, &found);
-    if (columns == kLanes) lookAt(around, there + kLanes, ball, &found);
+    if (near_row->columns == kLanes) lookAt(around, there + kLanes, ball, &found);
     const std::uint64_t sum = sumOfBytes(eightBytesOf(found.surely));  // of few rows: no more come
     if (*surely + static_cast<std::int32_t>(sum) >= enough) break;
   }
@@ -186,7 +199,7 @@ SMOKE_GROUND_PART void lookForOne(const Around& around, std::size_t at, const st
 /// Neighbours of eight points, until each has found enough, itself included.
 /// \param at  the first one's place in its row.
 SMOKE_GROUND_PART void findNeighbors(const Around& around, std::size_t at, std::uint32_t row,
-                                     const Reach& reach, const std::uint32_t* near_rows,
+                                     const Reach& reach, const NearRow* near_rows,
                                      const Factors& factors, std::int32_t enough,
                                      std::int32_t* surely, std::int32_t* possibly) {
   const std::size_t in_row_0 = at - row * kSpan;
@@ -196,12 +209,12 @@ SMOKE_GROUND_PART void findNeighbors(const Around& around, std::size_t at, std::
   const Ints is_taken = x == x;
   const Ints enough_each = is_taken & (Ints{} + enough);
   std::uint64_t seeking = eightBytesOf(is_taken) & kOneEach;
-  const std::uint32_t* next = near_rows + reach.begin;
-  const std::uint32_t* const end = near_rows + reach.end;
+  const NearRow* next = near_rows + reach.begin;
+  const NearRow* const end = near_rows + reach.end;
   Found found;
   while (!areFew(seeking) && next < end) {
-    const std::size_t there = in_row_0 + *next++ * kSpan;
-    lookForAll(around, there, reach.columns, balls, enough_each, &found);
+    lookForAll(around, in_row_0 + next->row * kSpan, next->columns, balls, enough_each, &found);
+    ++next;
     seeking = eightBytesOf(found.surely < enough_each) & kOneEach;
   }
   std::memcpy(surely, &found.surely, sizeof(found.surely));
@@ -211,21 +224,20 @@ SMOKE_GROUND_PART void findNeighbors(const Around& around, std::size_t at, std::
     const Floats none = {};
     const Balls ball = ballsAround(none + around.x[at + lane], none + around.y[at + lane],
                                    none + around.z[at + lane], factors);
-    lookForOne(around, in_row_0 + lane, next, end, reach.columns, ball, enough, surely + lane,
-               possibly + lane);
+    lookForOne(around, in_row_0 + lane, next, end, ball, enough, surely + lane, possibly + lane);
   }
 }
 
 /// The same of all points of a stripe.
 SMOKE_GROUND_MULTIVERSION
 void findAllNeighbors(const std::vector<Reach>& reaches, std::size_t layers,
-                      const std::uint32_t* near_rows, const Factors& by, std::int32_t enough,
+                      const NearRow* near_rows, const Factors& by, std::int32_t enough,
                       Around* around) {
   const Factors factors = by;
   const std::size_t rows = reaches.size();
   for (std::uint32_t row = 0; row < layers * rows; ++row) {
     const Reach reach = reaches[row % rows];
-    for (std::size_t column = 0; reach.columns > 0 && column < kWidth; column += kLanes) {
+    for (std::size_t column = 0; reach.begin < reach.end && column < kWidth; column += kLanes) {
       const std::size_t at = row * kWidth + column;
       findNeighbors(*around, row * kSpan + kHalo + column, row, reach, near_rows, factors, enough,
                     &around->surely[at], &around->possibly[at]);
@@ -373,11 +385,7 @@ class RasterCrowds {
 
   /// The rows near one, the nearest first.
   bool findReach(std::size_t row, double angle, const std::vector<Span>& spans) {
-    const double steepest = spans[row].steepest();
-    if (steepest + angle >= kUpright - 1e-3) return false;
-    const double to_the_side = std::asin(std::sin(angle) / std::cos(steepest)) + kAngleMargin;
-    const double columns = to_the_side / kTwoPi * static_cast<double>(raster_.columns) + 1.0;
-    if (columns >= kHalo + 1.0) return false;
+    if (spans[row].steepest() + angle >= kUpright - 1e-3) return false;
     using Near = std::pair<double, std::uint32_t>;
     Recycled<Near> near;
     for (std::uint32_t other = 0; other < raster_.rows; ++other) {
@@ -385,15 +393,17 @@ class RasterCrowds {
       if (distance <= angle) near.push_back({other == row ? -INFINITY : distance, other});
     }
     std::sort(near.begin(), near.end());
-    Reach& reach = reaches_[row];
-    reach.columns = static_cast<std::uint32_t>(columns);
-    reach.begin = static_cast<std::uint32_t>(near_rows_.size());
-    for (const Near& other : near) {
-      for (std::size_t layer = 0; layer < layers_; ++layer) {
-        near_rows_.push_back(other.second + static_cast<std::uint32_t>(layer * raster_.rows));
+    reaches_[row].begin = static_cast<std::uint32_t>(near_rows_.size());
+    for (const auto& [distance, other] : near) {
+      const double azimuth = azimuthBetween(spans[row], spans[other], angle) + kAngleMargin;
+      const double columns = azimuth / kTwoPi * static_cast<double>(raster_.columns) + 1.0;
+      if (columns >= kHalo + 1.0) return false;
+      for (std::size_t first = 0; first < layers_ * raster_.rows; first += raster_.rows) {
+        near_rows_.push_back(
+            {other + static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(columns)});
       }
     }
-    reach.end = static_cast<std::uint32_t>(near_rows_.size());
+    reaches_[row].end = static_cast<std::uint32_t>(near_rows_.size());
     return true;
   }
 
@@ -401,7 +411,8 @@ class RasterCrowds {
     const bool is_inside = stripe > 0 && stripe * kWidth + kWidth + kHalo <= raster_.columns;
     if (!is_inside) return takeColumns(stripe, around);
     for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
-      if (reaches_[row % raster_.rows].columns == 0) continue;  // nothing there
+      const Reach& reach = reaches_[row % raster_.rows];
+      if (reach.begin == reach.end) continue;  // nothing there
       const std::size_t to = row * kSpan;
       copy<kHalo>(placeOf(stripe - 1, row) + kWidth - kHalo, to, around);
       copy<kWidth>(placeOf(stripe, row), to + kHalo, around);
@@ -453,7 +464,7 @@ class RasterCrowds {
   void countForOthers(const Aside& aside, Around* around) const {
     const Reach& reach = reaches_[aside.row];
     for (std::uint32_t k = reach.begin; k < reach.end; ++k) {
-      countAside(aside, near_rows_[k], factors_, around);
+      countAside(aside, near_rows_[k].row, factors_, around);
     }
   }
 
@@ -483,7 +494,7 @@ class RasterCrowds {
       found += squaredDistance(x, y, z, p[0], p[1], p[2]) < radius * radius ? 1 : 0;
     };
     for (std::uint32_t k = reaches_[row].begin; k < reaches_[row].end; ++k) {
-      const std::size_t first = near_rows_[k] * kSpan;
+      const std::size_t first = near_rows_[k].row * kSpan;
       for (std::size_t at = first; at < first + kSpan; ++at) {
         count(around.x[at], around.y[at], around.z[at]);
       }
@@ -497,10 +508,10 @@ class RasterCrowds {
   const Crowd crowd_;
   const Factors factors_;
   const std::size_t layers_;
-  Recycled<Reach> reaches_;            // by row
-  Recycled<std::uint32_t> near_rows_;  // rows of all layers
-  Recycled<std::int8_t> is_lonely_;    // by place
-  Recycled<Aside> asides_;             // in and beside a stripe
+  Recycled<Reach> reaches_;  // by row
+  Recycled<NearRow> near_rows_;
+  Recycled<std::int8_t> is_lonely_;  // by place
+  Recycled<Aside> asides_;           // in and beside a stripe
 };
 
 }  // namespace
