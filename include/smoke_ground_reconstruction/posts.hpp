@@ -63,6 +63,22 @@ struct WallReturns {
 /// Farther returns are no wall [m].
 constexpr float kFarthestWall = 65.0F;
 
+/// Tells how far walls' returns stray, as a range's noise makes them, from the walls themselves.
+/// Keeps its buffers.
+class SpreadFinder {
+ public:
+  /// One sigma [m] of normal noise; 0 where too few columns tell. A column's is as wide as the
+  /// narrowest half of its returns; those of a quarter of the columns are walls for the most part.
+  double find(const WallReturns& returns);
+
+ private:
+  std::vector<std::uint32_t> widths_;  // by column that tells [mm]
+};
+
+/// How many times as wide as usual the places of walls are taken to be, where their returns stray
+/// by so much [m].
+double wideningFor(double spread);
+
 /// Vertical structures in single columns, ordered by column and distance; one entry per post.
 struct Posts {
   std::vector<std::uint16_t> column;
@@ -82,13 +98,16 @@ constexpr double kPostExtent = 0.12;  ///< least height of a post [m]
 /// Finds posts; keeps its buffers.
 class PostFinder {
  public:
-  void find(const WallReturns& returns, Posts* posts);
+  /// \param widening  see wideningFor().
+  void find(const WallReturns& returns, double widening, Posts* posts);
 
  private:
   void findDense(const std::vector<std::uint32_t>& key, std::size_t begin, std::size_t end);
   void addPosts(const WallReturns& returns, Posts* posts) const;
   void addPost(const WallReturns& returns, std::size_t begin, std::size_t end, Posts* posts) const;
 
+  std::uint32_t half_ = 0;              // a post's returns lie this near to each other [mm]
+  std::uint32_t around_ = 0;            // what lies this near counts as around [mm]
   std::vector<std::uint8_t> has_near_;  // by place in the order of `returns`
   std::vector<std::uint32_t> dense_;    // of a stretch: places in the order of `returns`
 };

@@ -175,6 +175,7 @@ class Room {
   RoomBoundaryParams params_;
   double tolerance_ = 0.0;   // a return so near to the plane may be floor [m]
   double drop_depth_ = 0.0;  // and one so far below it tells of a drop [m]
+  double widening_ = 1.0;    // of the places of walls
   Points turned_;
   UprightReturns returns_;
   std::vector<std::uint32_t> bin_;
@@ -189,6 +190,7 @@ class Room {
   mutable LevelCells level_cells_;  // of this scan once something asks for them
   mutable bool has_level_cells_ = false;
   bool has_level_floor_ = false;
+  SpreadFinder spread_finder_;
   PostFinder post_finder_;
   ColumnRanges post_places_;
   Posts posts_;

@@ -58,7 +58,7 @@ class LineWindows {
   std::vector<double> ahead_;            // cosines between a line's normal and the columns' edges
 };
 
-constexpr double kLineHalf = 0.03;  ///< a wall's returns lie this near to its line [m]
+constexpr double kLineHalf = 0.03;  ///< a wall's returns lie this near to its line, usually [m]
 
 /// Finds straight walls through posts, the best supported first: a Hough transform proposes,
 /// reweighted total least squares refines; a wall's posts are taken out before the next is looked
@@ -67,7 +67,8 @@ constexpr double kLineHalf = 0.03;  ///< a wall's returns lie this near to its l
 class LineFinder {
  public:
   LineFinder();
-  void find(const Posts& posts, Lines* lines);
+  /// \param widening  see wideningFor().
+  void find(const Posts& posts, double widening, Lines* lines);
 
  private:
   static constexpr std::size_t kAngles = 180;
@@ -97,6 +98,7 @@ class LineFinder {
   bool isWall(const Posts& posts, const Line& line);
 
   std::array<Direction, kAngles> normals_;
+  double widening_ = 1.0;
   int first_slot_ = 0;
   std::vector<std::uint16_t> votes_;  // of one angle, by slot; 5000 posts would fill two
   Bests bests_, unskipped_;           // the latter of when no post was skipped last
@@ -145,8 +147,9 @@ class ColumnRuns {
 class WallSupport {
  public:
   /// \param returns  sorted.
+  /// \param widening  see wideningFor().
   void find(const WallReturns& returns, const Lines& lines, const ColumnDirections& directions,
-            const UpwardView& view);
+            const UpwardView& view, double widening);
 
   std::size_t lines() const { return lines_; }
   std::size_t columns() const { return columns_; }
@@ -169,6 +172,7 @@ class WallSupport {
   void markTall(std::size_t line, const UpwardView& view);
 
   std::size_t lines_ = 0, columns_ = 0;
+  double half_ = kLineHalf;  // a wall's returns lie this near to its line [m]
   LineWindows windows_;
   std::vector<std::uint8_t> seen_, full_, tall_;
   std::vector<double> reach_, nx_, ny_;

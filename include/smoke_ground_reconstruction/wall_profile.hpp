@@ -31,9 +31,11 @@ class ProfileFinder {
   /// \param level_floor  per column: how far floor was measured that goes on as level as the
   ///                     room's [m]. Asked for only where a wall may have an opening.
   /// \param max_bridge_ratio  a wall is drawn on to a corner at most so many times its seen length.
+  /// \param widening  see wideningFor().
   void find(const Posts& posts, const WallSupport& support, const UpwardView& view,
             const std::vector<double>& beyond, const LevelFloor& level_floor,
-            const ColumnDirections& directions, double max_bridge_ratio, Profile* profile);
+            const ColumnDirections& directions, double max_bridge_ratio, double widening,
+            Profile* profile);
 
  private:
   /// What a gap between two known columns would be bridged with.
@@ -70,7 +72,7 @@ class ProfileFinder {
     double planar;
   };
 
-  double max_bridge_ratio_ = 0.0;
+  double max_bridge_ratio_ = 0.0, widening_ = 1.0;
   std::vector<Link> chain_;
   std::vector<double> beyond_, nearest_, outermost_, candidate_;
   std::vector<std::uint8_t> is_rest_, is_on_;

@@ -16,8 +16,14 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr std::uint32_t kColumnShift = 16;  // a column's millimetres below it
-constexpr std::uint32_t kHalf = 25;         // a post's returns lie this near to each other [mm]
-constexpr std::uint32_t kAround = 120;      // what lies this near counts as around [mm]
+constexpr double kHalf = 25.0;              // a post's returns lie this near to each other [mm]
+constexpr double kAround = 120.0;           // what lies this near counts as around [mm]
+constexpr std::size_t kToldBy = 3;          // one column in so many tells the spread of walls
+constexpr std::size_t kFewestTelling = 8;   // returns in it, and
+constexpr std::size_t kFewestColumns = 10;  // columns that tell
+constexpr std::size_t kTightest = 4;        // one in so many is as tight as walls are
+constexpr double kUsualSpread = 0.025;      // up to which walls are found by the usual widths [m]
+constexpr double kWidest = 3.0;             // times these
 
 constexpr double kSlotsPerMetre = 50.0;
 constexpr int kSlots = 520;
@@ -48,23 +54,34 @@ void markHigh(const float* height, std::size_t size, std::uint8_t* is_high) {
   }
 }
 
+/// Width of the narrowest half of some values in ascending order.
+std::uint32_t narrowestHalf(const std::uint32_t* value, std::size_t size) {
+  const std::size_t half = size / 2;
+  std::uint32_t narrowest = value[size - 1] - value[0];
+  for (std::size_t i = 0; i + half < size; ++i) {
+    narrowest = std::min(narrowest, value[i + half] - value[i]);
+  }
+  return narrowest;
+}
+
 /// Which of some keys in ascending order have kPostPoints others near, themselves counted.
 SMOKE_GROUND_MULTIVERSION
-void markNear(const std::uint32_t* key, std::size_t size, std::uint8_t* has_near) {
+void markNear(const std::uint32_t* key, std::size_t size, std::uint32_t half,
+              std::uint8_t* has_near) {
   static_assert(kPostPoints == 4, "written out");
   std::fill_n(has_near, size, std::uint8_t{0});
   // Four in a row lie around one of them if it is near to the first and the last.
-  for (std::size_t i = 3; i < size; ++i) has_near[i] |= key[i] - key[i - 3] <= kHalf ? 1 : 0;
+  for (std::size_t i = 3; i < size; ++i) has_near[i] |= key[i] - key[i - 3] <= half ? 1 : 0;
   for (std::size_t i = 2; i + 1 < size; ++i) {
-    const bool is_near = (key[i] - key[i - 2] <= kHalf) & (key[i + 1] - key[i] <= kHalf);
+    const bool is_near = (key[i] - key[i - 2] <= half) & (key[i + 1] - key[i] <= half);
     has_near[i] |= is_near ? 1 : 0;
   }
   for (std::size_t i = 1; i + 2 < size; ++i) {
-    const bool is_near = (key[i] - key[i - 1] <= kHalf) & (key[i + 2] - key[i] <= kHalf);
+    const bool is_near = (key[i] - key[i - 1] <= half) & (key[i + 2] - key[i] <= half);
     has_near[i] |= is_near ? 1 : 0;
   }
   for (std::size_t i = 0; i + 3 < size; ++i) {
-    has_near[i] |= key[i + 3] - key[i] <= kHalf ? 1 : 0;
+    has_near[i] |= key[i + 3] - key[i] <= half ? 1 : 0;
   }
 }
 
@@ -146,11 +163,31 @@ void Posts::clear() {
   for (auto* values : {&distance, &low, &high, &x, &y}) values->clear();
 }
 
-void PostFinder::find(const WallReturns& returns, Posts* posts) {
+double SpreadFinder::find(const WallReturns& returns) {
+  widths_.clear();
+  for (std::size_t c = 0; c + 1 < returns.column_begin.size(); c += kToldBy) {
+    const std::size_t begin = returns.column_begin[c];
+    const std::size_t count = returns.column_begin[c + 1] - begin;
+    if (count < kFewestTelling) continue;
+    widths_.push_back(narrowestHalf(returns.key.data() + begin, count));
+  }
+  if (widths_.size() < kFewestColumns) return 0.0;
+  const auto tight = widths_.begin() + static_cast<std::ptrdiff_t>(widths_.size() / kTightest);
+  std::nth_element(widths_.begin(), tight, widths_.end());
+  return static_cast<double>(*tight) * 0.001;
+}
+
+double wideningFor(double spread) {
+  return std::min(std::max(1.0, spread / kUsualSpread), kWidest);
+}
+
+void PostFinder::find(const WallReturns& returns, double widening, Posts* posts) {
   posts->clear();
+  half_ = static_cast<std::uint32_t>(kHalf * widening);
+  around_ = static_cast<std::uint32_t>(kAround * widening);
   const std::vector<std::uint32_t>& key = returns.key;
   has_near_.resize(key.size());
-  markNear(key.data(), key.size(), has_near_.data());
+  markNear(key.data(), key.size(), half_, has_near_.data());
   std::size_t end = 0;
   while (true) {
     const auto first = std::find(has_near_.begin() + static_cast<std::ptrdiff_t>(end),
@@ -158,8 +195,8 @@ void PostFinder::find(const WallReturns& returns, Posts* posts) {
     if (first == has_near_.end()) return;
     std::size_t begin = static_cast<std::size_t>(first - has_near_.begin());
     end = begin + 1;
-    while (begin > 0 && key[begin] - key[begin - 1] <= kHalf) --begin;
-    while (end < key.size() && key[end] - key[end - 1] <= kHalf) ++end;
+    while (begin > 0 && key[begin] - key[begin - 1] <= half_) --begin;
+    while (end < key.size() && key[end] - key[end - 1] <= half_) ++end;
     findDense(key, begin, end);
     addPosts(returns, posts);
   }
@@ -171,25 +208,25 @@ void PostFinder::findDense(const std::vector<std::uint32_t>& key, std::size_t be
                            std::size_t end) {
   dense_.clear();
   std::size_t around_begin = begin, most_end = end;
-  while (around_begin > 0 && key[begin] - key[around_begin - 1] <= kAround) --around_begin;
-  while (most_end < key.size() && key[most_end] - key[end - 1] <= kAround) ++most_end;
+  while (around_begin > 0 && key[begin] - key[around_begin - 1] <= around_) --around_begin;
+  while (most_end < key.size() && key[most_end] - key[end - 1] <= around_) ++most_end;
   const auto is_most = [](std::size_t near, std::size_t around) {
     return static_cast<double>(near) >= kPostShare * static_cast<double>(around);
   };
   const std::size_t most_around = most_end - around_begin;
-  if (key[end - 1] - key[begin] <= kHalf && is_most(end - begin, most_around)) {
+  if (key[end - 1] - key[begin] <= half_ && is_most(end - begin, most_around)) {
     for (std::size_t i = begin; i < end; ++i) dense_.push_back(static_cast<std::uint32_t>(i));
     return;
   }
   std::size_t near_begin = begin, near_end = begin, around_end = begin;
   for (std::size_t i = begin; i < end; ++i) {
     if (has_near_[i] == 0) continue;
-    while (key[near_begin] + kHalf < key[i]) ++near_begin;
-    while (near_end < end && key[near_end] <= key[i] + kHalf) ++near_end;
+    while (key[near_begin] + half_ < key[i]) ++near_begin;
+    while (near_end < end && key[near_end] <= key[i] + half_) ++near_end;
     bool is_dense = is_most(near_end - near_begin, most_around);
     if (!is_dense) {
-      while (key[around_begin] + kAround < key[i]) ++around_begin;
-      while (around_end < most_end && key[around_end] <= key[i] + kAround) ++around_end;
+      while (key[around_begin] + around_ < key[i]) ++around_begin;
+      while (around_end < most_end && key[around_end] <= key[i] + around_) ++around_end;
       is_dense = is_most(near_end - near_begin, around_end - around_begin);
     }
     if (is_dense) dense_.push_back(static_cast<std::uint32_t>(i));
@@ -201,7 +238,7 @@ void PostFinder::addPosts(const WallReturns& returns, Posts* posts) const {
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= dense_.size(); ++i) {
     const bool goes_on =
-        i < dense_.size() && returns.key[dense_[i]] - returns.key[dense_[i - 1]] <= kHalf;
+        i < dense_.size() && returns.key[dense_[i]] - returns.key[dense_[i - 1]] <= half_;
     if (goes_on) continue;
     addPost(returns, begin, i, posts);
     begin = i;

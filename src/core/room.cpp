@@ -43,7 +43,7 @@ constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above
 /// Appends the returns of a column that stand on a line, by their number in the scan; returns the
 /// list's end.
 std::uint32_t* listNear(const WallReturns& returns, const Line& line, std::size_t column,
-                        const RangeWindow& window, std::uint32_t* end) {
+                        const RangeWindow& window, double half, std::uint32_t* end) {
   const float* const x = returns.x.data();
   const float* const y = returns.y.data();
   const float* const planar = returns.planar.data();
@@ -52,7 +52,7 @@ std::uint32_t* listNear(const WallReturns& returns, const Line& line, std::size_
   std::size_t k = returns.firstIn(column, window);
   for (; k < column_end && !WallReturns::isBeyond(planar[k], window); ++k) {
     *end = index[k];
-    end += line.distance(x[k], y[k]) < kWallFoot ? 1 : 0;
+    end += line.distance(x[k], y[k]) < half ? 1 : 0;
   }
   return end;
 }
@@ -87,7 +87,8 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
   view_ = {ceiling_finder_.find(returns_, bins_.count()), -plane_[2], 0.0, params.furniture_height};
   sortOut(intensity);
   wall_returns_.take(returns_, maybe_wall_, bins_.count());
-  post_finder_.find(wall_returns_, &posts_);
+  widening_ = wideningFor(spread_finder_.find(wall_returns_));
+  post_finder_.find(wall_returns_, widening_, &posts_);
   placePosts();
 }
 
@@ -226,13 +227,13 @@ bool Room::isAtPost(std::size_t i) const {
 void Room::findWalls(const ColumnDirections& directions) {
   findRelief();
   view_.steepest = steepest();
-  line_finder_.find(posts_, &lines_);
-  support_.find(wall_returns_, lines_, directions, view_);
+  line_finder_.find(posts_, widening_, &lines_);
+  support_.find(wall_returns_, lines_, directions, view_, widening_);
   markFeetOfWalls(directions);
   findSeen();
   const auto level_floor = [this]() -> const std::vector<double>& { return levelFloor(); };
   profile_finder_.find(posts_, support_, view_, beyond_, level_floor, directions,
-                       params_.max_bridge_ratio, &profile_);
+                       params_.max_bridge_ratio, widening_, &profile_);
   findOnWalls();
   findDrops(directions);
   findCertainFloor();
@@ -278,7 +279,8 @@ void Room::addCarried() {
 }
 
 void Room::markFeetOfWalls(const ColumnDirections& directions) {
-  windows_.find(lines_, directions, kWallFoot);
+  const double foot = kWallFoot * widening_;
+  windows_.find(lines_, directions, foot);
   windows_.findNearest(&nearest_window_);
   for (const std::uint32_t i : low_) {
     const std::size_t c = column(i);
@@ -286,7 +288,7 @@ void Room::markFeetOfWalls(const ColumnDirections& directions) {
     for (std::size_t line = 0; line < lines_.size(); ++line) {
       const RangeWindow window = windows_.of(line, c);
       if (planar(i) < window.lowest || planar(i) > window.highest) continue;
-      if (lines_.distance(line, points().x[i], points().y[i]) >= kWallFoot) continue;
+      if (lines_.distance(line, points().x[i], points().y[i]) >= foot) continue;
       if (!support_.isSeenNear(line, c)) continue;
       flags_[i] |= ReturnKind::kAtWall;
       break;
@@ -396,7 +398,7 @@ void Room::addDropReturn(std::size_t i, bool is_floor) {
   drop_returns_.column.push_back(returns_.column[i]);
   drop_returns_.planar.push_back(planar(i));
   drop_returns_.height.push_back(height(i));
-  const bool is_inside = is_open || planar(i) < distance - kWallFoot;
+  const bool is_inside = is_open || planar(i) < distance - kWallFoot * widening_;
   drop_returns_.is_floor.push_back(is_floor && is_inside ? 1 : 0);
 }
 
@@ -478,7 +480,8 @@ void Room::findOnWalls() {
   for (std::size_t c = 0; c < profile_.columns(); ++c) {
     if (profile_.line[c] < 0) continue;
     const auto line = static_cast<std::size_t>(profile_.line[c]);
-    on_wall = listNear(wall_returns_, lines_[line], c, windows_.of(line, c), on_wall);
+    on_wall = listNear(wall_returns_, lines_[line], c, windows_.of(line, c), kWallFoot * widening_,
+                       on_wall);
   }
   on_walls_.resize(static_cast<std::size_t>(on_wall - on_walls_.data()));
 }

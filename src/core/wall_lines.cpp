@@ -17,11 +17,11 @@ constexpr float kNowhere = std::numeric_limits<float>::infinity();
 constexpr double kSlotsPerMetre = 25.0;
 constexpr std::uint32_t kMostWeight = 12;  // of a post
 constexpr std::array<double, 4> kHalves = {0.08, 0.05, kLineHalf, kLineHalf};
-constexpr std::size_t kLineColumns = 6;      // least number of columns of a wall
-constexpr double kLineLength = 0.2;          // least length of a wall [m]
-constexpr double kPostSpacing = 0.1;         // of the densest stretch of a wall, at most [m]
-constexpr double kNearest = 0.2;             // planar range [m]
-constexpr double kAround = 4.0 * kLineHalf;  // what lies this near counts as around a wall [m]
+constexpr std::size_t kLineColumns = 6;  // least number of columns of a wall
+constexpr double kLineLength = 0.2;      // least length of a wall [m]
+constexpr double kPostSpacing = 0.1;     // of the densest stretch of a wall, at most [m]
+constexpr double kNearest = 0.2;         // planar range [m]
+constexpr double kAround = 4.0;          // what lies so many times as near counts as around it
 constexpr std::size_t kMostLines = 40;
 constexpr std::size_t kBlock = 32;           // slots that are searched at once
 constexpr std::uint32_t kSupportPoints = 3;  // of a wall in one column
@@ -168,13 +168,14 @@ LineFinder::LineFinder() : normals_(), bests_(), unskipped_() {
   }
 }
 
-void LineFinder::find(const Posts& posts, Lines* lines) {
+void LineFinder::find(const Posts& posts, double widening, Lines* lines) {
+  widening_ = widening;
   lines->clear();
   start(posts);
   while (lines->size() < kMostLines && used_.size() >= kLineColumns) {
     const Peak peak = strongest();
     const Line line = refined(peak);
-    collectNear(line, kLineHalf);
+    collectNear(line, kLineHalf * widening_);
     if (isWall(posts, line)) {
       lines->nx.push_back(line.nx);
       lines->ny.push_back(line.ny);
@@ -284,7 +285,7 @@ void LineFinder::giveBackSkipped() {
 Line LineFinder::refined(const Peak& peak) {
   Line line{normals_[peak.angle].cosine, normals_[peak.angle].sine, peak.rho};
   for (const double half : kHalves) {
-    collectNear(line, half);
+    collectNear(line, half * widening_);
     if (near_.size() < 2) break;
     OrderedSum total, sum_x, sum_y;
     for (const std::uint32_t k : near_) {
@@ -371,8 +372,10 @@ void ColumnRuns::find(const std::uint8_t* is_in, std::size_t columns) {
 }
 
 void WallSupport::find(const WallReturns& returns, const Lines& lines,
-                       const ColumnDirections& directions, const UpwardView& view) {
+                       const ColumnDirections& directions, const UpwardView& view,
+                       double widening) {
   lines_ = lines.size();
+  half_ = kLineHalf * widening;
   columns_ = directions.count();
   seen_.assign(lines_ * columns_, 0);
   full_.assign(lines_ * columns_, 0);
@@ -380,7 +383,7 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
   reach_.resize(lines_ * columns_);
   nx_ = lines.nx;
   ny_ = lines.ny;
-  windows_.find(lines, directions, kAround);
+  windows_.find(lines, directions, kAround * half_);
   for (std::size_t line = 0; line < lines_; ++line) {
     lines.reach(line, directions.middle, &reach_[line * columns_]);
     countReturns(returns, lines[line], line);
@@ -395,6 +398,7 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
   around_.assign(columns_, 0);
   low_.assign(columns_, kNowhere);
   high_.assign(columns_, -kNowhere);
+  const double around_half = kAround * half_;
   for (std::size_t c = 0; c < columns_; ++c) {
     const RangeWindow window = windows_.of(number, c);
     if (window.isEmpty()) continue;
@@ -404,8 +408,8 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
     std::size_t i = returns.firstIn(c, window);
     for (; i < end && !WallReturns::isBeyond(returns.planar[i], window); ++i) {
       const double off = line.distance(returns.x[i], returns.y[i]);
-      around += off < kAround ? 1U : 0U;
-      if (!(off < kLineHalf)) continue;
+      around += off < around_half ? 1U : 0U;
+      if (!(off < half_)) continue;
       ++own;
       low = std::min(low, returns.height[i]);
       high = std::max(high, returns.height[i]);

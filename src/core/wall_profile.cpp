@@ -26,14 +26,14 @@ constexpr double kAskew = 0.5;           // others are drawn on by so much of wh
 constexpr double kFarthestCorner = 1.6;  // times the farther place where its walls were seen last
 
 /// How many of the three columns to either side go on at about a column's distance.
-int likeNeighbors(const std::vector<double>& distance, std::size_t column) {
+int likeNeighbors(const std::vector<double>& distance, std::size_t column, double widening) {
   const auto columns = static_cast<int>(distance.size());
   const double here = distance[column];
   int like = 0;
   for (const int shift : {-3, -2, -1, 1, 2, 3}) {
     const int other = (static_cast<int>(column) + shift + columns) % columns;
     const double step = std::fabs(distance[static_cast<std::size_t>(other)] - here);
-    like += step < (0.05 + 0.03 * here) * std::abs(shift) ? 1 : 0;
+    like += step < (0.05 * widening + 0.03 * here) * std::abs(shift) ? 1 : 0;
   }
   return like;
 }
@@ -69,8 +69,9 @@ std::size_t endOf(const std::vector<std::int32_t>& line, std::size_t at, std::si
 void ProfileFinder::find(const Posts& posts, const WallSupport& support, const UpwardView& view,
                          const std::vector<double>& beyond, const LevelFloor& level_floor,
                          const ColumnDirections& directions, double max_bridge_ratio,
-                         Profile* profile) {
+                         double widening, Profile* profile) {
   max_bridge_ratio_ = max_bridge_ratio;
+  widening_ = widening;
   const std::size_t columns = directions.count();
   profile->distance.assign(columns, 0.0);
   profile->kind.assign(columns, BoundaryKind::kLimitOfKnowledge);
@@ -111,7 +112,7 @@ void ProfileFinder::addFullPosts(const Posts& posts, const UpwardView& view, Pro
   }
   for (std::size_t c = 0; c < nearest_.size(); ++c) {
     const bool is_new = profile->distance[c] == 0.0 && nearest_[c] < kInfinity;
-    if (!is_new || likeNeighbors(nearest_, c) < 3) continue;
+    if (!is_new || likeNeighbors(nearest_, c, widening_) < 3) continue;
     profile->distance[c] = nearest_[c];
     profile->kind[c] = BoundaryKind::kWallSeen;
   }
@@ -138,7 +139,8 @@ void ProfileFinder::findOutermost(const Posts& posts, const WallSupport& support
   for (std::size_t line = 0; line < support.lines(); ++line) {
     for (std::size_t c = 0; c < columns; ++c) {
       const double reach = support.reach(line)[c];
-      const bool crosses = support.seen(line)[c] != 0 && reach > nearest_[c] - kCrossing;
+      const bool crosses =
+          support.seen(line)[c] != 0 && reach > nearest_[c] - kCrossing * widening_;
       if (crosses) candidate_[c] = std::min(candidate_[c], reach);
     }
   }
@@ -149,7 +151,8 @@ void ProfileFinder::findOutermost(const Posts& posts, const WallSupport& support
     for (std::size_t k = 0; k <= 2 * kCurveColumns; ++k) {
       curves = curves && is_on_[(c + columns + k - kCurveColumns) % columns] == 0;
     }
-    if (!curves && outermost_[c] <= candidate_[c] + kOnLine) outermost_[c] = candidate_[c];
+    if (!curves && outermost_[c] <= candidate_[c] + kOnLine * widening_)
+      outermost_[c] = candidate_[c];
   }
 }
 
@@ -163,8 +166,8 @@ void ProfileFinder::takeOutermost(const WallSupport& support, const ColumnDirect
   }
   for (std::size_t c = 0; c < columns; ++c) {
     // A lone column is a look through a crack: no place to claim floor in.
-    const bool is_rest =
-        profile->distance[c] == 0.0 && outermost_[c] > 0.0 && likeNeighbors(candidate_, c) >= 2;
+    const bool is_rest = profile->distance[c] == 0.0 && outermost_[c] > 0.0 &&
+                         likeNeighbors(candidate_, c, widening_) >= 2;
     is_rest_[c] = is_rest ? 1 : 0;
   }
   for (std::size_t c = 0; c < columns; ++c) {
@@ -183,7 +186,7 @@ void ProfileFinder::takeLines(const WallSupport& support, const ColumnDirections
     const double* reach = support.reach(line);
     for (std::size_t c = 0; c < support.columns(); ++c) {
       const bool is_on = support.seen(line)[c] != 0 && is_rest_[c] != 0 &&
-                         std::fabs(reach[c] - profile->distance[c]) < kLineHalf;
+                         std::fabs(reach[c] - profile->distance[c]) < kLineHalf * widening_;
       is_on_[c] = is_on ? 1 : 0;
     }
     runs_.find(is_on_.data(), is_on_.size());
@@ -283,7 +286,7 @@ bool ProfileFinder::findChain(const Profile& profile, std::size_t first, std::si
   for (std::size_t k = 1; k < chain_.size(); ++k) {
     const std::size_t turn = chain_[k].place - chain_[k - 1].place;
     const double nearer = std::min(chain_[k].planar, chain_[k - 1].planar);
-    const double step = (kChainStep + kChainSlope * nearer) * static_cast<double>(turn);
+    const double step = (kChainStep * widening_ + kChainSlope * nearer) * static_cast<double>(turn);
     if (turn > ColumnRuns::kBreak) return false;
     if (std::fabs(chain_[k].planar - chain_[k - 1].planar) > step) return false;
   }
@@ -359,8 +362,9 @@ bool ProfileFinder::isCorner(const Bridge& bridge, const ColumnDirections& direc
                              const Profile& profile) const {
   const double* a = bridge.a;
   const double* b = bridge.b;
-  const bool meets = a[bridge.first] <= b[bridge.first] + kMeeting &&
-                     b[bridge.after] <= a[bridge.after] + kMeeting;
+  const double meeting = kMeeting * widening_;
+  const bool meets =
+      a[bridge.first] <= b[bridge.first] + meeting && b[bridge.after] <= a[bridge.after] + meeting;
   if (!meets) return false;
   const auto is_on_first = [&](std::size_t c) { return a[c] <= b[c]; };
   const auto last_of_first = std::find_if(gap_.rbegin(), gap_.rend(), is_on_first);

@@ -97,6 +97,12 @@ def test_seeded_rooms(core, seed):
     assert len(assert_parity(core, rooms.seeded_cloud(seed)).surface) > 0
 
 
+@pytest.mark.parametrize("noise", [0.03, 0.05, 0.1])
+def test_a_sensor_of_much_range_noise(core, noise):
+    assert_parity(core, box(noise=noise))
+    assert_parity(core, drilled(box(noise=noise), 3))
+
+
 def test_a_room_whose_floor_sends_nothing_back(core):
     for noise in (0.0, 0.01):
         view = box(noise)

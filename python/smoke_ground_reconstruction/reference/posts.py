@@ -12,8 +12,13 @@ POST_SHARE = 0.6  # of the returns around that belong to a post: smoke is spread
 POST_POINTS = 4
 POST_EXTENT = 0.12  # least height of a post [m]
 _NEAR = 0.06  # planar range between a post and the returns where it stands [m]
-_HALF = 25  # a post's returns lie this near to each other in planar range [mm]
-_AROUND = 120  # what lies this near counts as around [mm]
+_HALF = 25.0  # a post's returns lie this near to each other in planar range [mm]
+_AROUND = 120.0  # what lies this near counts as around [mm]
+_TOLD_BY = 3  # one column in so many tells the spread of walls
+_FEWEST_TELLING, _FEWEST_COLUMNS = 8, 10  # returns in it, and columns that tell
+_TIGHTEST = 4  # one in so many is as tight as walls are
+_USUAL_SPREAD = 0.025  # up to which walls are found by the usual widths [m]
+_WIDEST = 3.0  # times these
 
 _CEILING_LOWEST, _CEILING_HIGHEST = 1.6, 12.0  # above the floor [m]
 _SLOTS_PER_METRE, _SLOTS = 50.0, 520
@@ -98,18 +103,46 @@ def _is_wide(column, planar):
     return wide >= _WIDE_COLUMNS * np.count_nonzero(farthest)
 
 
-def find_posts(column, planar, height, xy):
+def spread_of_walls(column, planar):
+    """How far walls' returns stray, one sigma of normal noise [m]; 0 where too few columns tell.
+
+    A column is as wide as the narrowest half of its returns (N,) that can be wall, and a quarter of
+    the columns see walls for the most part.
+    """
+    key = np.sort(_keys(column, planar))
+    widths = []
+    for of_column in np.split(key, np.flatnonzero(np.diff(key // 200000)) + 1):
+        half = len(of_column) // 2
+        if len(of_column) >= _FEWEST_TELLING and of_column[0] // 200000 % _TOLD_BY == 0:
+            widths.append((of_column[half:] - of_column[: len(of_column) - half]).min())
+    if len(widths) < _FEWEST_COLUMNS:
+        return 0.0
+    return float(np.sort(widths)[len(widths) // _TIGHTEST]) * 0.001
+
+
+def widening_for(spread):
+    """How many times as wide as usual the places of walls are taken to be, where their returns
+    stray by so much [m]."""
+    return min(max(1.0, spread / _USUAL_SPREAD), _WIDEST)
+
+
+def _keys(column, planar):
+    return column * 200000 + np.floor(planar * 1000.0).astype(np.int64)
+
+
+def find_posts(column, planar, height, xy, widening=1.0):
     """Posts among returns that can be wall; all arrays (N,), `xy` (N, 2).
 
     Planar ranges are compared in whole millimetres.
     """
-    key = column * 200000 + np.floor(planar * 1000.0).astype(np.int64)
+    near, around = int(_HALF * widening), int(_AROUND * widening)
+    key = _keys(column, planar)
     order = np.argsort(key, kind="stable")
     key = key[order]
-    within = _count_within(key, _HALF)
-    dense = (within >= POST_POINTS) & (within >= POST_SHARE * _count_within(key, _AROUND))
+    within = _count_within(key, near)
+    dense = (within >= POST_POINTS) & (within >= POST_SHARE * _count_within(key, around))
     key, order = key[dense], order[dense]
-    group = np.cumsum(np.diff(key, prepend=key[:1]) > _HALF)
+    group = np.cumsum(np.diff(key, prepend=key[:1]) > near)
     count = np.bincount(group)
     low, high = np.full(len(count), np.inf), np.full(len(count), -np.inf)
     np.minimum.at(low, group, height[order])

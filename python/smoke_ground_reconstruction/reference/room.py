@@ -9,7 +9,7 @@ from .drop_offs import find_drop_offs
 from .floor_relief import FLAT, FLATNESS, find_relief
 from .hidden_drops import certain_floor
 from .ordered import ordered_sum, times
-from .posts import ceiling_height, find_posts
+from .posts import ceiling_height, find_posts, spread_of_walls, widening_for
 from .sample import sample
 from .scan import rotated
 from .wall_feet import HIGHEST, LOWEST, OFF_WALL, STEEPEST, WallFeet
@@ -62,6 +62,8 @@ class Room:
     ----------
     tolerance : float
         A return so near to the plane may be floor [m].
+    widening : float
+        Of the places of walls, as by widening_for().
     """
 
     def __init__(self, xyz, intensity, floor, rotation, bins, params):
@@ -86,7 +88,8 @@ class Room:
         self.can_be_wall &= (self.planar > _NEAREST_WALL) & (self.planar < _FARTHEST_WALL)
         arrays = (self.column, self.planar, self.height, self.xyz[:, :2])
         self.returns = Returns(*(array[self.can_be_wall] for array in arrays))
-        self.posts = find_posts(*vars(self.returns).values())
+        self.widening = widening_for(spread_of_walls(self.returns.column, self.returns.planar))
+        self.posts = find_posts(*vars(self.returns).values(), self.widening)
         self.relief = FLAT
 
     def _soft(self):
@@ -135,8 +138,8 @@ class Room:
         self.view = View(
             self.ceiling, -self.plane[2], self._steepest(), self.params.furniture_height
         )
-        self.lines = find_lines(self.posts)
-        support = line_support(self.returns, self.lines, directions, self.view)
+        self.lines = find_lines(self.posts, self.widening)
+        support = line_support(self.returns, self.lines, directions, self.view, self.widening)
         self.at_wall = self._at_a_wall(support)
         floor = self.is_low & ~self.at_wall
         # A riser has floor at its foot.
@@ -155,6 +158,7 @@ class Room:
             level_floor,
             directions,
             self.params.max_bridge_ratio,
+            self.widening,
         )
         self.drops = self._drop_offs(directions)
         if not np.isfinite(self.drops.begin).any():
@@ -202,7 +206,7 @@ class Room:
         near = np.zeros(len(self.xyz), bool)
         if len(self.lines.rho) > 0:
             low = np.flatnonzero(self.is_low)
-            on = self.lines.distances(self.xyz[low, :2]) < _WALL_FOOT
+            on = self.lines.distances(self.xyz[low, :2]) < _WALL_FOOT * self.widening
             near[low] = (on & support.seen_near()[:, self.column[low]]).any(axis=0)
         return near
 
@@ -223,7 +227,7 @@ class Room:
         distance = self.profile.distance[self.column]
         inside = (self.planar < distance + 2 * BEYOND) | (distance == 0.0)
         floor = self.is_low & ~self.at_wall
-        floor &= (self.planar < distance - _WALL_FOOT) | (distance == 0.0)
+        floor &= (self.planar < distance - _WALL_FOOT * self.widening) | (distance == 0.0)
         return find_drop_offs(
             self.column[inside],
             self.planar[inside],
@@ -310,7 +314,7 @@ class Room:
 
     def is_wall(self):
         """Returns on the line of their column's boundary."""
-        return self.can_be_wall & (np.abs(self.past_wall()) < _WALL_FOOT)
+        return self.can_be_wall & (np.abs(self.past_wall()) < _WALL_FOOT * self.widening)
 
     def rotation_from_sensor(self, mounting):
         """From the sensor's to the upright frame, (3, 3) float64."""

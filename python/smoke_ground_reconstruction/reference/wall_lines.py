@@ -8,7 +8,7 @@ from .ordered import least_axis, ordered_sum
 from .posts import POST_EXTENT, POST_POINTS, POST_SHARE
 from .predicates import Direction
 
-LINE_HALF = 0.03  # a wall's returns lie this near to its line [m]
+LINE_HALF = 0.03  # a wall's returns lie this near to its line, usually [m]
 _ANGLES = 180  # of the Hough transform, 1 deg apart
 _SLOTS_PER_METRE = 25.0
 _MOST_WEIGHT = 12  # of a post: a high one is no better than two lower ones
@@ -47,11 +47,11 @@ class Lines:
         return reach
 
 
-def find_lines(posts):
+def find_lines(posts, widening=1.0):
     """Straight walls through posts, the best supported first.
 
     A Hough transform proposes, reweighted total least squares refines; a wall's posts are taken
-    out before the next is looked for.
+    out before the next is looked for. `widening` as by widening_for().
     """
     xy = np.column_stack([posts.x, posts.y])
     weight = np.minimum(posts.count, _MOST_WEIGHT).astype(np.float64)
@@ -61,8 +61,8 @@ def find_lines(posts):
     while len(found) < _MOST_LINES and np.count_nonzero(left & ~skip) >= _LINE_COLUMNS:
         use = np.flatnonzero(left & ~skip)
         normal, rho, peak = _hough(xy[use], weight[use], normals)
-        line = _refined_line(xy[use], weight[use], normal, rho)
-        near = use[_distances(xy[use], line) < LINE_HALF]
+        line = _refined_line(xy[use], weight[use], normal, rho, widening)
+        near = use[_distances(xy[use], line) < LINE_HALF * widening]
         if _is_wall(xy[near], posts.column[near], line):
             found.append(line)
             left[near] = False
@@ -95,11 +95,11 @@ def _hough(xy, weight, normals):
     return normals[at], (slot + first + 1) / _SLOTS_PER_METRE, pairs[at, slot]
 
 
-def _refined_line(xy, weight, normal, rho):
+def _refined_line(xy, weight, normal, rho, widening):
     """Reweighted total least squares about a peak; (nx, ny, rho) with rho >= 0."""
     nx, ny = normal
     for half in _HALVES:
-        near = _distances(xy, (nx, ny, rho)) < half
+        near = _distances(xy, (nx, ny, rho)) < half * widening
         if np.count_nonzero(near) < 2:
             break
         w, (x, y) = weight[near], xy[near].T
@@ -197,15 +197,16 @@ class View:
         return top > min(self.ceiling, self.furniture_height)
 
 
-def line_support(returns, lines, directions, view):
+def line_support(returns, lines, directions, view, widening=1.0):
     """Support of walls in columns with middles `directions` (columns, 2)."""
+    half = LINE_HALF * widening
     columns = len(directions)
     shape = (len(lines.rho), columns)
     seen, full = np.zeros(shape, bool), np.zeros(shape, bool)
     reach, tall = np.full(shape, np.inf), np.zeros(len(lines.rho), bool)
     for line in range(len(lines.rho)):
         off = _distances(returns.xy, (lines.nx[line], lines.ny[line], lines.rho[line]))
-        on, around = off < LINE_HALF, off < 4.0 * LINE_HALF
+        on, around = off < half, off < 4.0 * half
         own = np.bincount(returns.column[on], minlength=columns)
         near = _summed(own)
         total = _summed(np.bincount(returns.column[around], minlength=columns))

@@ -49,7 +49,9 @@ class Profile:
     line: np.ndarray
 
 
-def column_profile(posts, support, view, beyond, level_floor, directions, max_bridge_ratio):
+def column_profile(
+    posts, support, view, beyond, level_floor, directions, max_bridge_ratio, widening=1.0
+):
     """The boundary of each column.
 
     Parameters
@@ -66,6 +68,8 @@ def column_profile(posts, support, view, beyond, level_floor, directions, max_br
         Of the columns' middles.
     max_bridge_ratio : float
         A wall is drawn on to a corner at most so many times its seen length.
+    widening : float
+        As by widening_for().
     """
     columns = len(beyond)
     distance, kind = np.zeros(columns), np.full(columns, _LIMIT)
@@ -76,18 +80,18 @@ def column_profile(posts, support, view, beyond, level_floor, directions, max_br
         known = np.isfinite(reach.min(axis=0))
         distance[known], kind[known] = reach.min(axis=0)[known], _SEEN
         line[known] = nearest[known]
-    _add_full_posts(posts, view, distance, kind)
-    outermost = _outermost(posts, support, columns)
+    _add_full_posts(posts, view, distance, kind, widening)
+    outermost = _outermost(posts, support, columns, widening)
     beyond = np.maximum(beyond, outermost)
-    _follow(outermost, distance, kind)
-    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio)
+    _follow(outermost, distance, kind, widening)
+    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio, widening)
     rest = (distance == 0.0) & (outermost > 0.0)
     # A lone column is a look through a crack: no place to claim floor in.
-    rest &= _like_neighbors(np.where(distance > 0.0, distance, outermost)) >= 2
+    rest &= _like_neighbors(np.where(distance > 0.0, distance, outermost), widening) >= 2
     distance[rest], kind[rest] = outermost[rest], _SEEN
-    _take_lines(support, distance, line, rest, directions)
+    _take_lines(support, distance, line, rest, directions, widening)
     _close_openings(support, view, level_floor, distance, kind, line)
-    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio)
+    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio, widening)
     return Profile(distance, kind, line)
 
 
@@ -115,11 +119,11 @@ def _close_openings(support, view, level_floor, distance, kind, line):
             distance[gap], kind[gap], line[gap] = reach, _INFERRED, number
 
 
-def _take_lines(support, distance, line, columns, directions):
+def _take_lines(support, distance, line, columns, directions, widening):
     """Walls of which no top is seen, long enough to be bridged along."""
     if len(support.reach) == 0:
         return
-    on = support.seen & (np.abs(support.reach - distance) < LINE_HALF) & columns
+    on = support.seen & (np.abs(support.reach - distance) < LINE_HALF * widening) & columns
     for number in range(len(on)):
         reach = support.reach[number]
         length = 0.0
@@ -129,27 +133,27 @@ def _take_lines(support, distance, line, columns, directions):
             line[on[number]] = number
 
 
-def _add_full_posts(posts, view, distance, kind):
+def _add_full_posts(posts, view, distance, kind, widening):
     """Walls that no straight line fits: posts up to the ceiling, with like neighbours."""
     full = view.is_full(posts.high, posts.distance) & view.tells(posts.distance)
     full &= posts.count >= _STRONG_POST
     nearest = np.full(len(distance), np.inf)
     np.minimum.at(nearest, posts.column[full], posts.distance[full])
-    add = (distance == 0.0) & np.isfinite(nearest) & (_like_neighbors(nearest) >= 3)
+    add = (distance == 0.0) & np.isfinite(nearest) & (_like_neighbors(nearest, widening) >= 3)
     distance[add], kind[add] = nearest[add], _SEEN
 
 
-def _like_neighbors(distance):
+def _like_neighbors(distance, widening):
     """How many of the three columns to either side go on at about a column's distance."""
     like = np.zeros(len(distance), int)
     with np.errstate(invalid="ignore"):
         for shift in (-3, -2, -1, 1, 2, 3):
             step = np.abs(np.roll(distance, shift) - distance)
-            like += step < (0.05 + 0.03 * distance) * abs(shift)
+            like += step < (0.05 * widening + 0.03 * distance) * abs(shift)
     return like
 
 
-def _outermost(posts, support, columns):
+def _outermost(posts, support, columns, widening):
     """The farthest vertical structure of each column; 0 where there is none.
 
     A line knows better than the few returns of one column how far its wall is, unless the wall
@@ -162,16 +166,16 @@ def _outermost(posts, support, columns):
     if len(support.reach) == 0:
         return farthest
     farthest_line = np.where(support.seen, support.reach, 0.0).max(axis=0)
-    crosses = support.seen & (support.reach > farthest_line - _CROSSING)
+    crosses = support.seen & (support.reach > farthest_line - _CROSSING * widening)
     wall = np.where(crosses, support.reach, np.inf).min(axis=0)
     wall[~crosses.any(axis=0)] = 0.0
     behind = farthest > wall
     shifts = range(-_CURVE_COLUMNS, _CURVE_COLUMNS + 1)
     curves = np.all([np.roll(behind, k) for k in shifts], axis=0)
-    return np.where(curves | (farthest > wall + _ON_LINE), farthest, wall)
+    return np.where(curves | (farthest > wall + _ON_LINE * widening), farthest, wall)
 
 
-def _follow(outermost, distance, kind):
+def _follow(outermost, distance, kind, widening):
     """Close gaps between known walls along a chain of posts that leads from one to the other.
 
     A curved wall of which the top is hidden, mostly: furniture stands before the walls' ends.
@@ -186,7 +190,8 @@ def _follow(outermost, distance, kind):
         chain = np.r_[first, posts, after]
         planar = np.r_[distance[first], outermost[posts], distance[after]]
         turn = (np.diff(chain) - 1) % columns + 1
-        step = (_CHAIN_STEP + _CHAIN_SLOPE * np.minimum(planar[1:], planar[:-1])) * turn
+        nearer = np.minimum(planar[1:], planar[:-1])
+        step = (_CHAIN_STEP * widening + _CHAIN_SLOPE * nearer) * turn
         if turn.max() > BREAK or np.any(np.abs(np.diff(planar)) > step):
             continue
         place = np.r_[0, np.cumsum(turn)]
@@ -197,7 +202,7 @@ def _follow(outermost, distance, kind):
         kind[gap] = np.where(outermost[gap] > 0.0, _SEEN, _INFERRED)
 
 
-def _bridge(support, distance, kind, line, beyond, directions, max_ratio):
+def _bridge(support, distance, kind, line, beyond, directions, max_ratio, widening):
     """Bridge the gaps between known walls, along one wall or round the corner of two.
 
     Along one wall nothing but a wall on both sides is asked for: the floor ends at the line of a
@@ -207,7 +212,7 @@ def _bridge(support, distance, kind, line, beyond, directions, max_ratio):
     """
     columns = len(distance)
     known = np.flatnonzero(line >= 0)
-    widest = _WIDEST_GAP * columns
+    widest, meeting = _WIDEST_GAP * columns, _MEETING * widening
     for first, after in zip(known, np.roll(known, -1)):
         gap = (first + 1 + np.arange((after - first - 1) % columns)) % columns
         gap = gap[distance[gap] == 0.0]
@@ -217,7 +222,7 @@ def _bridge(support, distance, kind, line, beyond, directions, max_ratio):
         bridge = np.minimum(a[gap], b[gap])
         if bridge.max() > _FARTHEST_CORNER * max(distance[first], distance[after]):
             continue
-        is_corner = a[first] <= b[first] + _MEETING and b[after] <= a[after] + _MEETING
+        is_corner = a[first] <= b[first] + meeting and b[after] <= a[after] + meeting
         torn = _is_torn(beyond[gap], bridge)
         if line[first] != line[after]:
             on_first = a[gap] <= b[gap]
