@@ -100,10 +100,11 @@ void ScanRaster::keep(const Scan& scan, const std::vector<Label>& labels) {
   const std::uint32_t none = nowhere();
   float* const to_x = x.data();
   std::uint32_t* const goes_to = place.data();
-  for (std::size_t i = 0, size = scan.size(); i < size; ++i) {  // no branches
-    const bool is_kept = labels[i] == Label::kKept;
-    to_x[is_kept ? none : goes_to[i]] = NAN;
-    goes_to[i] = is_kept ? goes_to[i] : none;
+  for (std::size_t i = 0, size = scan.size(); i < size; ++i) {
+    const std::uint32_t at = goes_to[i];
+    const std::uint32_t if_kept = labels[i] == Label::kKept ? ~0U : 0U;  // bits, not a branch
+    goes_to[i] = (at & if_kept) | (none & ~if_kept);
+    to_x[(at & ~if_kept) | (none & if_kept)] = NAN;
   }
   for (std::size_t i = 0; has_second && i < scan.size(); ++i) {
     if (goes_to[i] <= none) continue;
