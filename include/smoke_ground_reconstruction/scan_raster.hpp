@@ -56,8 +56,8 @@ struct ScanRaster {
  private:
   void fill(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
             std::size_t most_layers);
-  void put(const Scan& scan, std::size_t begin, std::size_t size);
-  void putInTwo(const Scan& scan, std::size_t begin, std::size_t size);
+  void put(const Scan& scan, const float* from_x, std::size_t begin, std::size_t size);
+  void putInTwo(const Scan& scan, const float* from_x, std::size_t begin, std::size_t size);
   void addSecond(const Scan& scan);
   void moveTo(std::size_t at, const Scan& scan, std::size_t point);
   void keepExtras(const Scan& scan, const std::vector<Label>& labels);

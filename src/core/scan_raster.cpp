@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/scan_raster.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "multiversion.hpp"
@@ -16,15 +17,18 @@ constexpr std::size_t kFewExtras = 32;  // one point in so many
 constexpr std::uint32_t kColumns = ScanRaster::kWidth;
 constexpr std::size_t kAtOnce = 1024;  // points, whose bins fit into the fastest memory
 
-/// Makes places of columns. No branches: which points are used, smoke decides.
+/// Makes places of columns. Points that take no part get no number for their x: the place that they
+/// have in common stays free. No branches: which points are used, smoke decides.
 SMOKE_GROUND_MULTIVERSION
 void toPlaces(const std::uint16_t* ring, const Label* label, const std::uint8_t* valid,
-              std::size_t size, std::uint32_t none, std::uint32_t stripe_size, std::uint32_t* at) {
+              const float* x, std::size_t size, std::uint32_t none, std::uint32_t stripe_size,
+              std::uint32_t* at, float* used_x) {
   for (std::size_t i = 0; i < size; ++i) {
     const std::uint32_t in_raster =
         at[i] / kColumns * stripe_size + ring[i] * kColumns + at[i] % kColumns;
     const bool is_used = (label[i] == Label::kKept) & (valid[i] != 0);
     at[i] = is_used ? in_raster : none;
+    used_x[i] = is_used ? x[i] : NAN;
   }
 }
 
@@ -61,9 +65,10 @@ void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const 
   for (std::size_t begin = 0; begin < scan.size() && !is_crowded; begin += kAtOnce) {
     const std::size_t size = std::min(kAtOnce, scan.size() - begin);
     bins.indices(&scan.x[begin], &scan.y[begin], size, &place[begin]);
-    toPlaces(&scan.ring[begin], &labels[begin], &scan.valid[begin], size, nowhere(),
-             static_cast<std::uint32_t>(rows) * kColumns, &place[begin]);
-    has_second ? putInTwo(scan, begin, size) : put(scan, begin, size);
+    std::array<float, kAtOnce> used_x;
+    toPlaces(&scan.ring[begin], &labels[begin], &scan.valid[begin], &scan.x[begin], size, nowhere(),
+             static_cast<std::uint32_t>(rows) * kColumns, &place[begin], used_x.data());
+    has_second ? putInTwo(scan, used_x.data(), begin, size) : put(scan, used_x.data(), begin, size);
     if (extras.size() > most_extras && !has_second && most_layers > 1) addSecond(scan);
     is_crowded = extras.size() > most_extras;
   }
@@ -131,16 +136,14 @@ void ScanRaster::keepExtras(const Scan& scan, const std::vector<Label>& labels) 
   extras.swap(left);
 }
 
-void ScanRaster::put(const Scan& scan, std::size_t begin, std::size_t size) {
+void ScanRaster::put(const Scan& scan, const float* from_x, std::size_t begin, std::size_t size) {
   const std::uint32_t none = nowhere();
-  const float *const from_x = &scan.x[begin], *const from_y = &scan.y[begin],
-                     *const from_z = &scan.z[begin];
+  const float *const from_y = &scan.y[begin], *const from_z = &scan.z[begin];
   float *const to_x = x.data(), *const to_y = y.data(), *const to_z = z.data();
   std::uint32_t* const goes_to = &place[begin];
   for (std::size_t i = 0; i < size; ++i) {
     const std::uint32_t at = goes_to[i];
-    const bool is_extra = (at != none) & (to_x[at] == to_x[at]);
-    if (is_extra) {  // few are
+    if (to_x[at] == to_x[at]) {  // few are taken
       extras.push_back({at, static_cast<std::uint32_t>(begin + i)});
       goes_to[i] = none;
       continue;
@@ -152,16 +155,16 @@ void ScanRaster::put(const Scan& scan, std::size_t begin, std::size_t size) {
 }
 
 /// No branches: first and second returns come in any order.
-void ScanRaster::putInTwo(const Scan& scan, std::size_t begin, std::size_t size) {
+void ScanRaster::putInTwo(const Scan& scan, const float* from_x, std::size_t begin,
+                          std::size_t size) {
   const std::uint32_t none = nowhere();
   const std::uint32_t to_second = none + 1U;
-  const float *const from_x = &scan.x[begin], *const from_y = &scan.y[begin],
-                     *const from_z = &scan.z[begin];
+  const float *const from_y = &scan.y[begin], *const from_z = &scan.z[begin];
   float *const to_x = x.data(), *const to_y = y.data(), *const to_z = z.data();
   std::uint32_t* const goes_to = &place[begin];
   for (std::size_t i = 0; i < size; ++i) {
     const std::uint32_t first = goes_to[i];
-    const bool is_second = (first != none) & (to_x[first] == to_x[first]);
+    const bool is_second = to_x[first] == to_x[first];
     const std::uint32_t at = first + (is_second ? to_second : 0U);
     if (is_second & (to_x[at] == to_x[at])) {  // few are
       extras.push_back({first, static_cast<std::uint32_t>(begin + i)});
