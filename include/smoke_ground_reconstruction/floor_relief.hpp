@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "smoke_ground_reconstruction/nearest_cells.hpp"
+#include "smoke_ground_reconstruction/posts.hpp"
 #include "smoke_ground_reconstruction/room_boundary_params.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -37,17 +38,9 @@ struct ReliefStep {
   bool holds(double x, double y, double height_over_plane) const;
 };
 
-/// Returns, smoke left out: places, heights over the plane, planar ranges [m].
-struct ReliefReturns {
-  std::vector<float> x, y, height, planar;
-
-  std::size_t size() const { return x.size(); }
-  void clear();
-  void push(float at_x, float at_y, float over_plane, float range);
-};
-
 /// Low returns by cells of a square grid with the sensor in its middle.
-struct ReliefGrid {
+class ReliefGrid {
+ public:
   static constexpr double kCell = 0.2;  ///< [m]
   static constexpr int kSide = NearestCells::kSide;
   static constexpr double kReach = 0.5 * kSide * kCell;
@@ -56,35 +49,45 @@ struct ReliefGrid {
 
   struct Return {
     float x, y, height;
-    std::uint32_t cell;
+    std::uint32_t cell;  ///< kCells where it is not looked at
   };
-  /// Of the returns of a cell [m].
+  /// Of the returns of a cell that has any [m].
   struct Cell {
-    std::uint32_t count = 0;
-    bool is_even = false;             ///< do they agree on one height?
-    float median = 0.0F;              ///< of an even cell; 0 where all lie on the plane
-    float bottom = 0.0F, top = 0.0F;  ///< not where all lie on the plane
+    bool is_even;       ///< do they agree on one height?
+    float median;       ///< of an even cell; 0 where all lie on the plane
+    float bottom, top;  ///< not where all lie on the plane
   };
   /// Of the places and heights of a cell's returns [m].
   struct Mean {
     double x = 0.0, y = 0.0, height = 0.0;
   };
 
-  std::vector<Return> returns;
-  std::vector<Cell> cells;
-  std::vector<std::uint32_t> off;  ///< returns in cells of which some lie off the plane
-  std::vector<Mean> means;         ///< by cell, once findMeans() was called
+  std::vector<std::uint32_t> used;   ///< cells that have returns, in order
+  std::vector<std::uint32_t> count;  ///< by cell: returns
+  std::vector<Cell> cells;           ///< those that have returns are filled
+  std::vector<std::uint32_t> off;    ///< returns in cells of which some lie off the plane, in order
+  std::vector<Mean> means;           ///< by cell, once findMeans() was called
 
-  void fill(const ReliefReturns& input);
+  /// \param which  returns to take. Both must stay as they are as long as the grid is asked.
+  void fill(const UprightReturns& returns, const std::vector<std::uint32_t>& which);
   void findMeans();
 
- private:
-  void take(const ReliefReturns& input);
-  void rank();
-  void rank(Cell* cell, float* first) const;
+  /// Number of the returns, and one of them.
+  std::size_t size() const { return which_->size(); }
+  Return at(std::size_t i) const {
+    const std::uint32_t k = (*which_)[i];
+    return {returns_->points->x[k], returns_->points->y[k], returns_->height[k], cell_of_[i]};
+  }
 
-  std::vector<std::uint32_t> cell_of_;    // by return of the input, kCells where it has none
-  std::vector<std::uint8_t> is_off_;      // by cell: does a return lie off the plane?
+ private:
+  void take();
+  void rank();
+  static void rank(float* first, std::uint32_t count, Cell* cell);
+
+  const UprightReturns* returns_ = nullptr;
+  const std::vector<std::uint32_t>* which_ = nullptr;
+  std::vector<std::uint16_t> cell_of_;    // by return, kCells where it is not looked at
+  std::vector<std::uint8_t> marks_;       // by cell: which of those below it is
   std::vector<std::uint32_t> begin_;      // by cell
   std::vector<std::uint32_t> off_cells_;  // with returns off the plane
   std::vector<float> heights_;            // by cell, of those that are to be ranked
@@ -102,7 +105,9 @@ class FloorRelief {
   static constexpr double kFlatness = 0.004;
 
   FloorRelief();
-  void find(const ReliefReturns& returns, const RoomBoundaryParams& params = RoomBoundaryParams());
+  /// \param which  returns to look at: smoke left out.
+  void find(const UprightReturns& returns, const std::vector<std::uint32_t>& which,
+            const RoomBoundaryParams& params = RoomBoundaryParams());
 
   /// Is the floor its plane and nothing else?
   bool isFlat() const { return facets_.size() == 1 && !has_heights_; }
@@ -144,7 +149,8 @@ class FloorRelief {
   bool stepCarries(const Indices& group) const;
 
   void findFloor();
-  void reach(Indices* queue, std::vector<std::uint8_t>* found, bool climbs);
+  void reach(Indices* queue, bool climbs);
+  void reachRow(std::uint32_t from, int row, bool climbs, Indices* queue);
   void addPlatforms();
 
   void findFacets();
@@ -165,10 +171,11 @@ class FloorRelief {
 
   RoomBoundaryParams params_;
   ReliefGrid grid_;
-  std::vector<std::uint8_t> is_floor_, may_join_, is_taken_;  // by cell
-  std::vector<std::int8_t> facet_;                            // by cell; -1: none
-  std::vector<double> height_;                                // by cell
-  NearestCells nearest_;                                      // of measured floor
+  std::vector<std::uint8_t> is_floor_;  // by cell
+  std::vector<std::uint8_t> may_join_;  // by cell: even, and not yet joined to any
+  std::vector<std::int8_t> facet_;      // by cell; -1: none
+  std::vector<double> height_;          // by cell, where that is floor on no facet
+  NearestCells nearest_;                // of measured floor
   bool has_heights_ = false, has_step_ = false;
   double highest_ = 0.0;
   ReliefStep step_;

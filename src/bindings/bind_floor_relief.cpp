@@ -6,19 +6,29 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-ReliefReturns returnsOf(const py::array& xy, const py::array& height, const py::array& planar) {
+/// Returns with places of their own.
+struct PlacedReturns {
+  Points points;
+  UprightReturns returns;
+  std::vector<std::uint32_t> all;
+};
+
+void place(const py::array& xy, const py::array& height, const py::array& planar,
+           PlacedReturns* to) {
   requireArray<float>(xy, "xy", "(N, 2)", 2);
   if (xy.shape(1) != 2) throw py::value_error("xy must be (N, 2)");
   const auto size = static_cast<std::size_t>(xy.shape(0));
   const auto places = py::array_t<float>(xy).unchecked<2>();
   const auto heights = fieldOf<float>(height, "height", size);
   const auto ranges = fieldOf<float>(planar, "planar", size);
-  ReliefReturns returns;
   for (std::size_t i = 0; i < size; ++i) {
     const auto row = static_cast<py::ssize_t>(i);
-    returns.push(places(row, 0), places(row, 1), heights[i], ranges[i]);
+    to->points.push(places(row, 0), places(row, 1), 0.0F);
+    to->returns.height.push_back(heights[i]);
+    to->returns.planar.push_back(ranges[i]);
+    to->all.push_back(static_cast<std::uint32_t>(i));
   }
-  return returns;
+  to->returns.points = &to->points;
 }
 
 /// One value per place float64 (N, 2).
@@ -43,9 +53,10 @@ void bindFloorRelief(py::module& m) {
       .def(
           "find",
           [](Relief& self, const py::array& xy, const py::array& height, const py::array& planar) {
-            const ReliefReturns returns = returnsOf(xy, height, planar);
+            PlacedReturns placed;
+            place(xy, height, planar, &placed);
             const py::gil_scoped_release release;
-            self.find(returns);
+            self.find(placed.returns, placed.all);
           },
           py::arg("xy"), py::arg("height"), py::arg("planar"),
           "From places float32 (N, 2), heights over the plane and planar ranges float32 (N,) [m].")

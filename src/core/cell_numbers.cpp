@@ -32,10 +32,14 @@ bool guessNumbers(const float* values, std::size_t count, float per_unit, std::i
   return are_sure != 0;
 }
 
-std::int32_t cellNumber(float value, double size) {
+SMOKE_GROUND_MULTIVERSION
+void tellNumbers(const float* values, std::size_t count, double size, std::int32_t* numbers) {
   constexpr double kMost = kFarthest;
-  const double quotient = static_cast<double>(value) / size;
-  return floorToInt(quotient < kMost ? std::max(quotient, -kMost) : kMost);
+  for (std::size_t i = 0; i < count; ++i) {
+    const double quotient = static_cast<double>(values[i]) / size;
+    const double above = quotient > -kMost ? quotient : -kMost;
+    numbers[i] = floorToInt(quotient < kMost ? above : kMost);
+  }
 }
 
 }  // namespace
@@ -45,7 +49,7 @@ void cellNumbers(const float* values, std::size_t count, double size, std::int32
   for (std::size_t begin = 0; begin < count; begin += kBlock) {
     const std::size_t end = std::min(count, begin + kBlock);
     if (guessNumbers(values + begin, end - begin, per_unit, numbers + begin)) continue;
-    for (std::size_t i = begin; i < end; ++i) numbers[i] = cellNumber(values[i], size);
+    tellNumbers(values + begin, end - begin, size, numbers + begin);
   }
 }
 

@@ -4,11 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <limits>
 
 #include "cell_numbers.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
+#include "point_loops.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -60,113 +62,118 @@ void sigmasOf(const std::int32_t* square, std::size_t size, double per_metre, fl
   }
 }
 
-/// Cells by their columns and rows, ReliefGrid::kCells where a return lies too high, too low, too
-/// near or too far.
-SMOKE_GROUND_MULTIVERSION
-void joinNumbers(const ReliefReturns& input, std::size_t begin, std::size_t count,
-                 const std::int32_t* column, const std::int32_t* row, std::uint32_t* cell) {
-  constexpr auto kFarthest = static_cast<float>(ReliefGrid::kReach);
-  constexpr auto kNone = static_cast<int>(ReliefGrid::kCells);
-  const float* px = input.x.data() + begin;
-  const float* py = input.y.data() + begin;
-  const float* pz = input.height.data() + begin;
-  const float* planar = input.planar.data() + begin;
+/// Some returns side by side.
+struct Block {
+  static constexpr std::size_t kMost = 256;
+  std::array<float, kMost> x, y, height, planar;
+  std::array<std::int32_t, kMost> column, row;
+  std::array<std::uint8_t, kMost> marks;  // that each leaves in its cell
+};
+
+/// Marks of cells: they have returns, and some off the plane.
+constexpr std::uint8_t kUsed = 1, kOff = 2;
+
+void gather(const UprightReturns& returns, const std::uint32_t* which, std::size_t count,
+            Block* block) {
+  const float *const x = returns.points->x.data(), *const y = returns.points->y.data();
+  const float *const height = returns.height.data(), *const planar = returns.planar.data();
   for (std::size_t i = 0; i < count; ++i) {
-    const bool is_in = (pz[i] > ReliefGrid::kLowest) & (pz[i] < ReliefGrid::kHighest) &
-                       (planar[i] > kNearest) & (std::fabs(px[i]) < kFarthest) &
-                       (std::fabs(py[i]) < kFarthest);
-    const int at = (row[i] + kSide / 2) * kSide + (column[i] + kSide / 2);
-    cell[i] = static_cast<std::uint32_t>(is_in ? at : kNone);
+    block->x[i] = x[which[i]];
+    block->y[i] = y[which[i]];
+    block->height[i] = height[which[i]];
+    block->planar[i] = planar[which[i]];
   }
 }
 
-void findCells(const ReliefReturns& input, std::uint32_t* cell) {
-  constexpr std::size_t kBlock = 256;
-  std::array<std::int32_t, kBlock> column, row;
-  for (std::size_t begin = 0; begin < input.size(); begin += kBlock) {
-    const std::size_t count = std::min(kBlock, input.size() - begin);
-    cellNumbers(input.x.data() + begin, count, ReliefGrid::kCell, column.data());
-    cellNumbers(input.y.data() + begin, count, ReliefGrid::kCell, row.data());
-    joinNumbers(input, begin, count, column.data(), row.data(), cell + begin);
+/// Cells by their columns and rows, ReliefGrid::kCells where a return lies too high, too low, too
+/// near or too far; and what each leaves there.
+SMOKE_GROUND_MULTIVERSION
+void joinNumbers(std::size_t count, Block* of, std::uint16_t* cell) {
+  constexpr auto kFarthest = static_cast<float>(ReliefGrid::kReach);
+  constexpr auto kNone = static_cast<int>(ReliefGrid::kCells);
+  Block& block = *of;
+  for (std::size_t i = 0; i < count; ++i) {
+    const float height = block.height[i];
+    const bool is_in = (height > ReliefGrid::kLowest) & (height < ReliefGrid::kHighest) &
+                       (block.planar[i] > kNearest) & (std::fabs(block.x[i]) < kFarthest) &
+                       (std::fabs(block.y[i]) < kFarthest);
+    const int at = (block.row[i] + kSide / 2) * kSide + (block.column[i] + kSide / 2);
+    cell[i] = static_cast<std::uint16_t>(is_in ? at : kNone);
+    block.marks[i] = std::fabs(height) < kOnPlane ? kUsed : kUsed | kOff;
   }
+}
+
+void findCells(Block* block, std::size_t count, std::uint16_t* cell) {
+  cellNumbers(block->x.data(), count, ReliefGrid::kCell, block->column.data());
+  cellNumbers(block->y.data(), count, ReliefGrid::kCell, block->row.data());
+  joinNumbers(count, block, cell);
 }
 
 }  // namespace
 
-void ReliefReturns::clear() {
-  for (auto* values : {&x, &y, &height, &planar}) values->clear();
-}
-
-void ReliefReturns::push(float at_x, float at_y, float over_plane, float range) {
-  x.push_back(at_x);
-  y.push_back(at_y);
-  height.push_back(over_plane);
-  planar.push_back(range);
-}
-
-void ReliefGrid::fill(const ReliefReturns& input) {
-  take(input);
-  off.resize(returns.size());
-  std::size_t count = 0;
-  for (std::uint32_t i = 0; i < returns.size(); ++i) {
-    off[count] = i;
-    count += is_off_[returns[i].cell];
+void ReliefGrid::fill(const UprightReturns& returns, const std::vector<std::uint32_t>& which) {
+  returns_ = &returns;
+  which_ = &which;
+  take();
+  off.resize(cell_of_.size());
+  std::size_t some = 0;
+  for (std::uint32_t i = 0; i < cell_of_.size(); ++i) {
+    off[some] = i;
+    some += (marks_[cell_of_[i]] & kOff) != 0 ? 1U : 0U;
   }
-  off.resize(count);
-  for (const std::uint32_t i : off) {
-    const float height = returns[i].height;
-    Cell& cell = cells[returns[i].cell];
-    cell.bottom = std::min(cell.bottom, height);
-    cell.top = std::max(cell.top, height);
-  }
+  off.resize(some);
   rank();
 }
 
-/// Returns with their cells, how many each has, and which have some off the plane.
-void ReliefGrid::take(const ReliefReturns& input) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  cell_of_.resize(input.size());
-  findCells(input, cell_of_.data());
-  returns.resize(input.size());
-  cells.assign(kCells + 1, Cell{0, false, 0.0F, kInfinity, -kInfinity});
-  is_off_.assign(kCells + 1, 0);
-  std::size_t taken = 0;
-  for (std::size_t i = 0; i < input.size(); ++i) {
-    const std::uint32_t cell = cell_of_[i];
-    const float height = input.height[i];
-    returns[taken] = {input.x[i], input.y[i], height, cell};
-    taken += cell < kCells ? 1U : 0U;
-    ++cells[cell].count;
-    if (!(std::fabs(height) < kOnPlane)) is_off_[cell] = 1;
+/// The cells of the returns, how many each has, and which have some off the plane.
+void ReliefGrid::take() {
+  const std::size_t size = which_->size();
+  cell_of_.resize(size);
+  count.assign(kCells + 1, 0);
+  marks_.assign(kCells + 1, 0);
+  Block block;
+  for (std::size_t begin = 0; begin < size; begin += Block::kMost) {
+    const std::size_t some = std::min(Block::kMost, size - begin);
+    std::uint16_t* const cell = cell_of_.data() + begin;
+    gather(*returns_, which_->data() + begin, some, &block);
+    findCells(&block, some, cell);
+    for (std::size_t i = 0; i < some; ++i) {
+      ++count[cell[i]];
+      marks_[cell[i]] |= block.marks[i];
+    }
   }
-  returns.resize(taken);
-  cells.resize(kCells);
+  marks_[kCells] = 0;
+  listWhere(marks_, kUsed, kUsed, &used);
+  listWhere(marks_, kOff, kOff, &off_cells_);
 }
 
 /// What the heights of each cell say. No need to rank what lies on the plane altogether.
 void ReliefGrid::rank() {
+  cells.resize(kCells);
+  for (const std::uint32_t c : used) cells[c] = {count[c] >= kPoints, 0.0F, 0.0F, 0.0F};
   begin_.resize(kCells);
-  off_cells_.clear();
   std::uint32_t ranked = 0;
-  for (std::uint32_t c = 0; c < kCells; ++c) {
-    cells[c].is_even = cells[c].count >= kPoints;
-    if (is_off_[c] == 0) continue;
-    off_cells_.push_back(c);
+  for (const std::uint32_t c : off_cells_) {
     begin_[c] = ranked;
-    ranked += cells[c].count;
+    ranked += count[c];
   }
   heights_.resize(ranked);
-  for (const std::uint32_t i : off) heights_[begin_[returns[i].cell]++] = returns[i].height;
+  const float* const height = returns_->height.data();
+  for (const std::uint32_t i : off) heights_[begin_[cell_of_[i]]++] = height[(*which_)[i]];
+  float* first = heights_.data();
   for (const std::uint32_t c : off_cells_) {
-    if (cells[c].count >= kPoints) rank(&cells[c], heights_.data() + begin_[c] - cells[c].count);
+    rank(first, count[c], &cells[c]);
+    first += count[c];
   }
 }
 
-/// Median of a cell's heights, if they agree on one.
-void ReliefGrid::rank(Cell* cell, float* first) const {
-  const std::uint32_t count = cell->count;
+/// Their extent, and their median if they agree on one height.
+void ReliefGrid::rank(float* first, std::uint32_t count, Cell* cell) {
+  const auto ends = std::minmax_element(first, first + count);
+  cell->bottom = *ends.first;
+  cell->top = *ends.second;
   cell->is_even = false;
-  if (count >= kMany && isScattered(first, count)) return;
+  if (count < kPoints || (count >= kMany && isScattered(first, count))) return;
   float* low = first + count / 10;
   float* middle = first + count / 2;
   float* high = first + (9 * count) / 10;
@@ -179,19 +186,18 @@ void ReliefGrid::rank(Cell* cell, float* first) const {
 }
 
 void ReliefGrid::findMeans() {
-  means.assign(kCells, Mean());
-  for (const Return& one : returns) {
+  means.assign(kCells + 1, Mean());
+  for (std::size_t i = 0; i < size(); ++i) {
+    const Return one = at(i);
     Mean& mean = means[one.cell];
     mean.x += one.x;
     mean.y += one.y;
     mean.height += one.height;
   }
-  for (std::size_t c = 0; c < kCells; ++c) {
-    const std::uint32_t count = cells[c].count;
-    if (count == 0) continue;
-    means[c].x /= count;
-    means[c].y /= count;
-    means[c].height /= count;
+  for (const std::uint32_t c : used) {
+    means[c].x /= count[c];
+    means[c].y /= count[c];
+    means[c].height /= count[c];
   }
 }
 
@@ -205,10 +211,11 @@ void FloorRelief::setFlat() {
   highest_ = 0.0;
 }
 
-void FloorRelief::find(const ReliefReturns& returns, const RoomBoundaryParams& params) {
+void FloorRelief::find(const UprightReturns& returns, const std::vector<std::uint32_t>& which,
+                       const RoomBoundaryParams& params) {
   params_ = params;
   setFlat();
-  grid_.fill(returns);
+  grid_.fill(returns, which);
   has_step_ = findStep();
   if (has_step_) grid_.findMeans();
   findFloor();
@@ -223,77 +230,85 @@ void FloorRelief::find(const ReliefReturns& returns, const RoomBoundaryParams& p
 
 /// Cells of the plane and of what a climbable slope leads to, and platforms.
 void FloorRelief::findFloor() {
-  const std::size_t n = ReliefGrid::kCells;
-  is_floor_.assign(n, 0);
-  may_join_.resize(n);
-  facet_.assign(n, -1);
-  height_.assign(n, 0.0);
+  is_floor_.assign(ReliefGrid::kCells, 0);
+  may_join_.assign(ReliefGrid::kCells + sizeof(std::uint64_t), 0);  // looked at by words
+  facet_.assign(ReliefGrid::kCells, -1);
+  height_.resize(ReliefGrid::kCells);
   queue_.clear();
-  for (std::uint32_t c = 0; c < n; ++c) {
+  for (const std::uint32_t c : grid_.used) {
     const auto& cell = grid_.cells[c];
-    may_join_[c] = cell.is_even ? 1 : 0;
-    if (!cell.is_even || std::fabs(static_cast<double>(cell.median)) > kOnPlane) continue;
+    if (!cell.is_even) continue;
+    const bool is_on_plane = std::fabs(static_cast<double>(cell.median)) <= kOnPlane;
+    may_join_[c] = is_on_plane ? 0 : 1;
+    if (!is_on_plane) continue;
     is_floor_[c] = 1;
     facet_[c] = 0;
     queue_.push_back(c);
   }
-  reach(&queue_, &is_floor_, true);
+  const auto on_plane = static_cast<std::ptrdiff_t>(queue_.size());
+  reach(&queue_, true);
+  queue_.erase(queue_.begin(), queue_.begin() + on_plane);
   addPlatforms();
+  has_heights_ = queue_.size() >= kFewestCells;
   left_.clear();
-  for (std::uint32_t c = 0; c < n; ++c) {
-    if (is_floor_[c] != 0 && facet_[c] != 0) left_.push_back(c);
-  }
-  has_heights_ = left_.size() >= kFewestCells;
-  if (!has_heights_) {
-    for (const std::uint32_t c : left_) is_floor_[c] = 0;
-    left_.clear();
-  }
+  if (!has_heights_) return;
+  left_.swap(queue_);
+  std::sort(left_.begin(), left_.end());
   for (const std::uint32_t c : left_) {
+    is_floor_[c] = 1;
     height_[c] = grid_.cells[c].median;
     highest_ = std::max(highest_, std::fabs(height_[c]));
   }
 }
 
-/// Adds the cells that a chain of neighbours leads to, each step judged by its rise and length.
-void FloorRelief::reach(Indices* queue, std::vector<std::uint8_t>* found, bool climbs) {
-  const double rise = params_.max_slope * ReliefGrid::kCell;
+/// Appends the cells that a chain of neighbours leads to, each step judged by its rise and length.
+void FloorRelief::reach(Indices* queue, bool climbs) {
   for (std::size_t next = 0; next < queue->size(); ++next) {
     const std::uint32_t from = (*queue)[next];
-    const int column = static_cast<int>(from) % kSide, row = static_cast<int>(from) / kSide;
+    const int row = static_cast<int>(from) / kSide;
     for (int y = std::max(0, row - kHop); y <= std::min(kSide - 1, row + kHop); ++y) {
-      for (int x = std::max(0, column - kHop); x <= std::min(kSide - 1, column + kHop); ++x) {
-        const auto to = static_cast<std::uint32_t>(y * kSide + x);
-        if ((*found)[to] != 0 || may_join_[to] == 0) continue;
-        const int away = std::max(std::abs(x - column), std::abs(y - row));
-        const double steepest = climbs ? rise * away + kSlack : kSlack;
-        const double step = static_cast<double>(grid_.cells[to].median) -
-                            static_cast<double>(grid_.cells[from].median);
-        if (!(std::fabs(step) < steepest)) continue;
-        (*found)[to] = 1;
-        queue->push_back(to);
-      }
+      reachRow(from, y, climbs, queue);
     }
+  }
+}
+
+void FloorRelief::reachRow(std::uint32_t from, int row, bool climbs, Indices* queue) {
+  const int from_column = static_cast<int>(from) % kSide, from_row = static_cast<int>(from) / kSide;
+  const int left = std::max(0, from_column - kHop);
+  const int right = std::min(kSide - 1, from_column + kHop);
+  std::uint64_t some = 0;
+  std::memcpy(&some, &may_join_[static_cast<std::size_t>(row * kSide + left)], sizeof(some));
+  if (some == 0) return;  // as mostly, and some cells beyond the last one are nothing, too
+  const double rise = params_.max_slope * ReliefGrid::kCell;
+  for (int column = left; column <= right; ++column) {
+    const auto to = static_cast<std::uint32_t>(row * kSide + column);
+    if (may_join_[to] == 0) continue;
+    const int away = std::max(std::abs(column - from_column), std::abs(row - from_row));
+    const double steepest = climbs ? rise * away + kSlack : kSlack;
+    const double step =
+        static_cast<double>(grid_.cells[to].median) - static_cast<double>(grid_.cells[from].median);
+    if (!(std::fabs(step) < steepest)) continue;
+    may_join_[to] = 0;
+    queue->push_back(to);
   }
 }
 
 /// Low, wide, level groups of cells, and what lies on the platform of a step.
 void FloorRelief::addPlatforms() {
   left_.clear();
-  for (std::uint32_t c = 0; c < ReliefGrid::kCells; ++c) {
-    const bool is_left =
-        may_join_[c] != 0 && is_floor_[c] == 0 &&
-        std::fabs(static_cast<double>(grid_.cells[c].median)) <= params_.max_step_height;
-    may_join_[c] = is_left ? 1 : 0;
-    if (is_left) left_.push_back(c);
+  for (const std::uint32_t c : grid_.used) {
+    if (may_join_[c] == 0) continue;
+    const double height = std::fabs(static_cast<double>(grid_.cells[c].median));
+    may_join_[c] = height <= params_.max_step_height ? 1 : 0;
+    if (may_join_[c] != 0) left_.push_back(c);
   }
-  is_taken_.assign(ReliefGrid::kCells, 0);
   for (const std::uint32_t start : left_) {
-    if (is_taken_[start] != 0) continue;
+    if (may_join_[start] == 0) continue;
     group_.assign(1, start);
-    is_taken_[start] = 1;
-    reach(&group_, &is_taken_, false);
+    may_join_[start] = 0;
+    reach(&group_, false);
     if (group_.size() < kPlatformCells && !(has_step_ && stepCarries(group_))) continue;
-    for (const std::uint32_t c : group_) is_floor_[c] = 1;
+    queue_.insert(queue_.end(), group_.begin(), group_.end());
   }
 }
 

@@ -30,7 +30,6 @@ constexpr double kRiserExtent = 0.06;  // between lowest and highest return of a
 constexpr double kStepTop = 0.05;  // nothing in a riser's cell is higher, over the highest step [m]
 constexpr int kAngles = 180;       // 1 deg apart
 constexpr double kRhoStep = 0.04;  // [m]
-constexpr int kSlots = 500;
 constexpr double kLineHalf = 0.03;  // returns of a riser lie so near to its line [m]
 constexpr std::size_t kLineCells = 8;
 constexpr double kLineLength = 1.5;  // [m]
@@ -43,16 +42,23 @@ constexpr double kLower = 0.04;  // returns so far below a facet: the floor is l
 constexpr std::size_t kFewestLower = 3;  // returns
 constexpr double kOnPlane = 0.03;
 
-/// Slots of the distances that lines of a normal through places have.
+/// Slots of the distances that lines of a normal through places have, that of 0 being the middle.
 SMOKE_GROUND_MULTIVERSION
 void slotsOf(const std::vector<double>& x, const std::vector<double>& y, const Direction& normal,
-             int* slot) {
+             int middle, int* slot) {
   const double* px = x.data();
   const double* py = y.data();
   const double cosine = normal.cosine, sine = normal.sine;
   for (std::size_t i = 0, n = x.size(); i < n; ++i) {
-    slot[i] = floorToInt((cosine * px[i] + sine * py[i]) / kRhoStep) + kSlots;
+    slot[i] = floorToInt((cosine * px[i] + sine * py[i]) / kRhoStep) + middle;
   }
+}
+
+/// No line through one of the places passes the origin farther away than by so many slots.
+int farthestSlot(const std::vector<double>& x, const std::vector<double>& y) {
+  double square = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) square = std::max(square, x[i] * x[i] + y[i] * y[i]);
+  return static_cast<int>(std::sqrt(square) / kRhoStep) + 1;
 }
 
 /// The most votes that two slots side by side have.
@@ -76,6 +82,8 @@ bool ReliefStep::holds(double x, double y, double over_plane) const {
 bool FloorRelief::findStep() {
   collectRisers();
   if (riser_.size() < kLineCells) return false;
+  collectRiserCells();
+  if (riser_cells_.size() < kLineCells) return false;
   Line line = straightestRiser();
   return refineRiser(&line) && line.rho >= kBehind && placeStep(line);
 }
@@ -85,24 +93,24 @@ void FloorRelief::collectRisers() {
   riser_.clear();
   const double highest = params_.max_step_height;
   for (const std::uint32_t i : grid_.off) {
-    const auto& one = grid_.returns[i];
-    if (!(one.height > kRiserLowest) || !(one.height < highest + kRiserOver)) continue;
+    const auto one = grid_.at(i);
     const double top = grid_.cells[one.cell].top;
     const double bottom = grid_.cells[one.cell].bottom;
-    if (top < highest + kStepTop && top - bottom > kRiserExtent) riser_.push_back(i);
+    if (!(top < highest + kStepTop) || !(top - bottom > kRiserExtent)) continue;
+    if (one.height > kRiserLowest && one.height < highest + kRiserOver) riser_.push_back(i);
   }
 }
 
 /// The line that runs through most cells with returns: a Hough transform, one vote a cell.
 FloorRelief::Line FloorRelief::straightestRiser() {
-  collectRiserCells();
   int best = 0;
   Line line{1.0, 0.0, 0.0};
   slots_.resize(riser_x_.size());
+  const int middle = farthestSlot(riser_x_, riser_y_) + 2;  // none is voted for at either end
   for (int k = 0; k < kAngles; ++k) {
     const Direction normal = Direction::fromDegrees(k);
-    slotsOf(riser_x_, riser_y_, normal, slots_.data());
-    votes_.assign(2 * kSlots, 0);
+    slotsOf(riser_x_, riser_y_, normal, middle, slots_.data());
+    votes_.assign(static_cast<std::size_t>(2 * middle), 0);
     for (const int slot : slots_) ++votes_[static_cast<std::size_t>(slot)];
     const int most = mostInPairs(votes_.data(), votes_.size());
     if (most <= best) continue;
@@ -110,7 +118,7 @@ FloorRelief::Line FloorRelief::straightestRiser() {
     int at = 0;
     while (votes_[static_cast<std::size_t>(at)] + votes_[static_cast<std::size_t>(at) + 1] != most)
       ++at;
-    line = {normal.cosine, normal.sine, (at - kSlots + 1) * kRhoStep};
+    line = {normal.cosine, normal.sine, (at - middle + 1) * kRhoStep};
   }
   return line;
 }
@@ -120,7 +128,7 @@ void FloorRelief::collectRiserCells() {
   riser_counts_.assign(ReliefGrid::kCells, 0);
   sums_.resize(ReliefGrid::kCells);
   for (const std::uint32_t i : riser_) {
-    const auto& one = grid_.returns[i];
+    const auto one = grid_.at(i);
     auto& sum = sums_[one.cell];
     if (riser_counts_[one.cell]++ == 0) sum = {0.0, 0.0};
     sum[0] += one.x;
@@ -129,7 +137,7 @@ void FloorRelief::collectRiserCells() {
   riser_cells_.clear();
   riser_x_.clear();
   riser_y_.clear();
-  for (std::uint32_t c = 0; c < ReliefGrid::kCells; ++c) {
+  for (const std::uint32_t c : grid_.used) {
     if (riser_counts_[c] == 0) continue;
     riser_cells_.push_back(c);
     riser_x_.push_back(sums_[c][0] / riser_counts_[c]);
@@ -146,16 +154,18 @@ bool FloorRelief::refineRiser(Line* line) const {
     };
     OrderedSum x, y, xx, xy, yy;
     for (const std::uint32_t i : riser_) {
-      if (!is_near(grid_.returns[i])) continue;
-      x.add(grid_.returns[i].x);
-      y.add(grid_.returns[i].y);
+      const auto one = grid_.at(i);
+      if (!is_near(one)) continue;
+      x.add(one.x);
+      y.add(one.y);
     }
     if (x.count() < kLineCells) return false;
     const double mean_x = x.value() / static_cast<double>(x.count());
     const double mean_y = y.value() / static_cast<double>(y.count());
     for (const std::uint32_t i : riser_) {
-      if (!is_near(grid_.returns[i])) continue;
-      const double dx = grid_.returns[i].x - mean_x, dy = grid_.returns[i].y - mean_y;
+      const auto one = grid_.at(i);
+      if (!is_near(one)) continue;
+      const double dx = one.x - mean_x, dy = one.y - mean_y;
       xx.add(dx * dx);
       xy.add(dx * dy);
       yy.add(dy * dy);
@@ -172,7 +182,7 @@ bool FloorRelief::placeStep(const Line& line) {
   sorted_.clear();
   riser_counts_.assign(ReliefGrid::kCells, 0);
   for (const std::uint32_t i : riser_) {
-    const auto& one = grid_.returns[i];
+    const auto one = grid_.at(i);
     if (!(std::fabs((line.nx * one.x + line.ny * one.y) - line.rho) < kLineHalf)) continue;
     sorted_.push_back(line.nx * one.y - line.ny * one.x);
     riser_counts_[one.cell] = 1;
@@ -206,7 +216,7 @@ bool FloorRelief::isBehind(const ReliefGrid::Return& one, double from, double to
 double FloorRelief::platformHeight(double from, double to) const {
   OrderedSum height;
   for (const std::uint32_t i : grid_.off) {
-    const auto& one = grid_.returns[i];
+    const auto one = grid_.at(i);
     const auto& cell = grid_.cells[one.cell];
     if (!(cell.top < step_.height + kLower) || !(cell.top > kOnPlane)) continue;
     if (!isBehind(one, from, to, kOnTop)) continue;
@@ -219,8 +229,9 @@ double FloorRelief::platformHeight(double from, double to) const {
 /// Does nothing behind a riser, as far as it is seen to run, lie lower than its top?
 bool FloorRelief::stands(double from, double to) {
   group_.clear();
-  for (const auto& one : grid_.returns) {
-    if (!isBehind(one, from, to, kBehind)) continue;
+  for (std::size_t i = 0; i < grid_.size(); ++i) {
+    const auto one = grid_.at(i);
+    if (one.cell == ReliefGrid::kCells || !isBehind(one, from, to, kBehind)) continue;
     if (one.height < step_.height - kLower) group_.push_back(one.cell);
   }
   std::sort(group_.begin(), group_.end());
@@ -302,7 +313,7 @@ ReliefFacet FloorRelief::strongest(const Indices& left) {
 /// Least squares through the means of cells; level where it is nearly so.
 ReliefFacet FloorRelief::fitted(const Indices& cells) const {
   const auto weightOf = [this](std::uint32_t c) {
-    return static_cast<double>(std::min(grid_.cells[c].count, kMostWeight));
+    return static_cast<double>(std::min(grid_.count[c], kMostWeight));
   };
   OrderedSum total, sum_x, sum_y, sum_h;
   for (const std::uint32_t c : cells) {
@@ -373,7 +384,7 @@ bool FloorRelief::crossing(int first, int second, Line* line) const {
     std::size_t cells = 0, positive = 0, below_slack = 0, above_slack = 0;
   };
   std::array<Sides, 2> sides;
-  for (std::size_t c = 0; c < ReliefGrid::kCells; ++c) {
+  for (const std::uint32_t c : grid_.used) {
     if (facet_[c] != first && facet_[c] != second) continue;
     const auto& mean = grid_.means[c];
     const double side = (line->nx * mean.x + line->ny * mean.y) - line->rho;
@@ -412,7 +423,7 @@ void FloorRelief::lowerSlopes() {
 
 double FloorRelief::highestOf(int facet) const {
   double highest = -std::numeric_limits<double>::infinity();
-  for (std::size_t c = 0; c < ReliefGrid::kCells; ++c) {
+  for (const std::uint32_t c : grid_.used) {
     if (facet_[c] == facet) highest = std::max(highest, grid_.means[c].height);
   }
   return highest;
@@ -423,7 +434,9 @@ double FloorRelief::highestOf(int facet) const {
 double FloorRelief::beneath(int facet, double highest, std::size_t* count) const {
   double lowest = std::numeric_limits<double>::infinity(), second = lowest;
   *count = 0;
-  for (const auto& one : grid_.returns) {
+  for (std::size_t i = 0; i < grid_.size(); ++i) {
+    const auto one = grid_.at(i);
+    if (one.cell == ReliefGrid::kCells) continue;
     const double model = facets_[static_cast<std::size_t>(facet)].at(one.x, one.y);
     if (!(one.height < model - kLower) || !(model > highest) || is_floor_[one.cell] != 0) continue;
     const bool is_beyond =

@@ -248,31 +248,16 @@ void Room::findWalls(const ColumnDirections& directions) {
 
 /// Floor off the plane is as low as that on it.
 void Room::findRelief() {
-  for (auto* values :
-       {&relief_returns_.x, &relief_returns_.y, &relief_returns_.height, &relief_returns_.planar}) {
-    values->resize(near_.size());
-  }
-  std::size_t hard = 0;
-  for (const std::uint32_t i : near_) {
-    relief_returns_.x[hard] = points().x[i];
-    relief_returns_.y[hard] = points().y[i];
-    relief_returns_.height[hard] = returns_.height[i];
-    relief_returns_.planar[hard] = returns_.planar[i];
-    hard += isSoft(i) ? 0U : 1U;
-  }
-  for (auto* values :
-       {&relief_returns_.x, &relief_returns_.y, &relief_returns_.height, &relief_returns_.planar}) {
-    values->resize(hard);
-  }
-  relief_.find(relief_returns_, params_);
+  listWhere(flags_, ReturnKind::kNear | ReturnKind::kSoft, ReturnKind::kNear, &near_hard_);
+  relief_.find(returns_, near_hard_, params_);
   if (!relief_.isFlat()) addCarried();
 }
 
 /// Takes what the relief carries for low.
 void Room::addCarried() {
   const Points& at = points();
-  for (const std::uint32_t i : near_) {
-    if (isSoft(i) || !(returns_.planar[i] < params_.max_range)) continue;
+  for (const std::uint32_t i : near_hard_) {
+    if (!(returns_.planar[i] < params_.max_range)) continue;
     if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= ReturnKind::kLow;
   }
   listKind(flags_, ReturnKind::kLow, &low_);

@@ -1,20 +1,35 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <vector>
 
 #include "smoke_ground_reconstruction/floor_relief.hpp"
 
 namespace smoke_ground_reconstruction {
 namespace {
 
-void add(ReliefReturns* returns, double x, double y, double height) {
-  returns->push(static_cast<float>(x), static_cast<float>(y), static_cast<float>(height),
-                static_cast<float>(std::sqrt(x * x + y * y)));
+struct Returns {
+  Points points;
+  UprightReturns upright;
+  std::vector<std::uint32_t> all;
+};
+
+void add(Returns* returns, double x, double y, double height) {
+  returns->all.push_back(static_cast<std::uint32_t>(returns->all.size()));
+  returns->points.push(static_cast<float>(x), static_cast<float>(y), 0.0F);
+  returns->upright.height.push_back(static_cast<float>(height));
+  returns->upright.planar.push_back(static_cast<float>(std::sqrt(x * x + y * y)));
+}
+
+void find(Returns* returns, FloorRelief* relief) {
+  returns->upright.points = &returns->points;
+  relief->find(returns->upright, returns->all);
 }
 
 /// Returns every 4 cm from x0 to x1 and from -1 to 1 m, as high as a function of x says.
 template <typename Height>
-void addFloor(ReliefReturns* returns, double x0, double x1, const Height& height) {
+void addFloor(Returns* returns, double x0, double x1, const Height& height) {
   for (double x = x0; x < x1; x += 0.04) {
     for (double y = -1.0; y < 1.0; y += 0.04) add(returns, x, y, height(x));
   }
@@ -25,30 +40,31 @@ double ramp(double x) { return std::max(0.0, (x - 1.0) / 8.0); }  // 1:8 from x 
 
 TEST(FloorRelief, OfNothingIsFlat) {
   FloorRelief relief;
-  relief.find(ReliefReturns());
+  Returns none;
+  find(&none, &relief);
   EXPECT_TRUE(relief.isFlat());
   EXPECT_EQ(relief.at(1.0, 2.0), 0.0);
   EXPECT_EQ(relief.sigma(1.0, 2.0), 0.0);
 }
 
 TEST(FloorRelief, OfAFloorIsFlat) {
-  ReliefReturns returns;
+  Returns returns;
   addFloor(&returns, -3.0, 3.0, level);
   FloorRelief relief;
-  relief.find(returns);
+  find(&returns, &relief);
   EXPECT_TRUE(relief.isFlat());
   EXPECT_EQ(relief.at(2.0, 0.0), 0.0);
   EXPECT_FALSE(relief.carries(2.0, 0.0, 0.0));
 }
 
 TEST(FloorRelief, DrawsARampOnUntilAWallIsSeenBeneathIt) {
-  ReliefReturns returns;
+  Returns returns;
   addFloor(&returns, -3.0, 2.0, ramp);
   for (double y = -1.0; y < 1.0; y += 0.1) {
     for (double z = 0.3; z < 1.5; z += 0.05) add(&returns, 5.02, y, z);
   }
   FloorRelief relief;
-  relief.find(returns);
+  find(&returns, &relief);
   EXPECT_NEAR(relief.at(0.0, 0.0), 0.0, 4e-3);
   EXPECT_NEAR(relief.at(1.8, 0.5), 0.1, 4e-3);
   EXPECT_NEAR(relief.at(3.0, 0.0), 0.25, 4e-3);
@@ -58,25 +74,25 @@ TEST(FloorRelief, DrawsARampOnUntilAWallIsSeenBeneathIt) {
 }
 
 TEST(FloorRelief, TakesAPlatformsHeightFromItsRiser) {
-  ReliefReturns returns;
+  Returns returns;
   addFloor(&returns, -2.0, 2.03, level);
   for (double y = -1.2; y < 1.2; y += 0.05) {
     for (double z = 0.0; z < 0.151; z += 0.025) add(&returns, 2.05, y, z);
   }
   FloorRelief relief;
-  relief.find(returns);
+  find(&returns, &relief);
   EXPECT_NEAR(relief.at(2.0, 0.0), 0.0, 1e-3);
   EXPECT_NEAR(relief.at(2.1, 0.0), 0.15, 1e-3);
   EXPECT_NEAR(relief.at(4.0, 3.0), 0.15, 1e-3);
   EXPECT_TRUE(relief.isRiser(2.05, 0.5, 0.1));
   EXPECT_FALSE(relief.isRiser(2.15, 0.5, 0.1));
   addFloor(&returns, 2.3, 3.0, level);  // a kerb, then
-  relief.find(returns);
+  find(&returns, &relief);
   EXPECT_TRUE(relief.isFlat());
 }
 
 TEST(FloorRelief, TakesAPlatformsHeightFromItsReturnsWhereTheyAreFew) {
-  ReliefReturns returns;
+  Returns returns;
   addFloor(&returns, -2.0, 2.03, level);
   for (double y = -1.2; y < 1.2; y += 0.05) {  // noise lifts the highest returns of a riser
     for (const double z : {0.0, 0.04, 0.08, 0.12, 0.165}) add(&returns, 2.05, y, z);
@@ -86,20 +102,20 @@ TEST(FloorRelief, TakesAPlatformsHeightFromItsReturnsWhereTheyAreFew) {
     for (double z = 0.14; z < 0.7; z += 0.04) add(&returns, 4.5, y, z);
   }
   FloorRelief relief;
-  relief.find(returns);
+  find(&returns, &relief);
   EXPECT_NEAR(relief.at(3.0, 0.0), 0.165, 1e-6);  // seven may be anything
   add(&returns, 2.5, 0.1, 0.15);
-  relief.find(returns);
+  find(&returns, &relief);
   EXPECT_NEAR(relief.at(3.0, 0.0), 0.15, 1e-6);
 }
 
 TEST(FloorRelief, IsLessSureFartherFromMeasuredFloorAndOnSlopes) {
-  ReliefReturns flat, sloped;
+  Returns flat, sloped;
   addFloor(&flat, -3.0, 2.0, level);
   addFloor(&sloped, -3.0, 2.0, ramp);
   FloorRelief of_flat, of_sloped;
-  of_flat.find(flat);
-  of_sloped.find(sloped);
+  find(&flat, &of_flat);
+  find(&sloped, &of_sloped);
   EXPECT_EQ(of_sloped.sigma(1.0, 0.5), 0.0);
   EXPECT_LT(of_sloped.sigma(3.0, 0.0), of_sloped.sigma(5.0, 0.0));
   EXPECT_GT(of_sloped.sigma(5.0, 0.0), 5.0 * of_flat.sigma(5.0, 0.0));
