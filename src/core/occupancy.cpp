@@ -25,19 +25,19 @@ struct Memory {
   PointArrays arrays(std::size_t size) const { return {x.data(), y.data(), z.data(), size}; }
 };
 
-/// The points of a scan that are walls.
-template <typename IsWall>
-PointArrays gather(const ScanView& scan, const IsWall& is_wall, Memory* memory) {
+/// Some points of a scan.
+/// \param which  tells the number in the scan of the first, second... of them.
+template <typename Which>
+PointArrays gather(const ScanView& scan, std::size_t size, const Which& which, Memory* memory) {
   float *const x = memory->x.data(), *const y = memory->y.data(), *const z = memory->z.data();
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < scan.size; ++i) {
-    if (!is_wall(i)) continue;
-    x[count] = scan.x[i];
-    y[count] = scan.y[i];
-    z[count] = scan.z[i];
-    ++count;
+  const ScanView from = scan;  // which nothing that is written can be part of
+  for (std::size_t k = 0; k < size; ++k) {
+    const std::size_t i = which(k);
+    x[k] = from.x[i];
+    y[k] = from.y[i];
+    z[k] = from.z[i];
   }
-  return memory->arrays(count);
+  return memory->arrays(size);
 }
 
 /// Are all of them returns that lie nearer than a range?
@@ -131,17 +131,18 @@ void draw(const Cells& floor, const Cells& wall, OccupancyGrid* grid) {
   paint(wall, OccupancyGrid::kWall, grid);
 }
 
-/// \param is_wall  which of the points to take for walls.
-template <typename IsWall>
-void rasterizeSome(const FloorSurface& surface, const ScanView& scan, const IsWall& is_wall,
-                   const Mounting& mounting, double resolution, double max_range,
-                   OccupancyGrid* grid) {
+/// Throws on numbers that no grid has.
+void check(double resolution, double max_range) {
   require(resolution >= 0.01, "occupancy_resolution", ">= 0.01", resolution);
   require(max_range > 0.0 && max_range <= kMostCells * resolution, "max_range",
           "> 0 and at most 10000 cells", max_range);
-  Memory walls(scan.size), level_walls(scan.size), level_floor(surface.size());
-  const PointArrays wall =
-      levelled(gather(scan, is_wall, &walls), mounting, max_range, &level_walls);
+}
+
+/// \param walls  in the sensor frame.
+void rasterizeAll(const FloorSurface& surface, const PointArrays& walls, const Mounting& mounting,
+                  double resolution, double max_range, OccupancyGrid* grid) {
+  Memory level_walls(walls.size), level_floor(surface.size());
+  const PointArrays wall = levelled(walls, mounting, max_range, &level_walls);
   const PointArrays floor =
       levelled({surface.x.data(), surface.y.data(), surface.z.data(), surface.size()}, mounting,
                max_range, &level_floor);
@@ -164,14 +165,23 @@ OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
 
 void rasterize(const FloorSurface& surface, const ScanView& walls, const Mounting& mounting,
                double resolution, double max_range, OccupancyGrid* grid) {
-  const auto any = [](std::size_t) { return true; };
-  rasterizeSome(surface, walls, any, mounting, resolution, max_range, grid);
+  check(resolution, max_range);
+  Memory memory(walls.size);
+  const auto all = [](std::size_t k) { return k; };
+  rasterizeAll(surface, gather(walls, walls.size, all, &memory), mounting, resolution, max_range,
+               grid);
 }
 
 void rasterize(const FloorSurface& surface, const ScanView& scan, const std::vector<Label>& labels,
                const Mounting& mounting, double resolution, double max_range, OccupancyGrid* grid) {
-  const auto is_wall = [label = labels.data()](std::size_t i) { return label[i] == Label::kWall; };
-  rasterizeSome(surface, scan, is_wall, mounting, resolution, max_range, grid);
+  check(resolution, max_range);
+  Recycled<std::uint32_t> walls;
+  listWhere(reinterpret_cast<const std::uint8_t*>(labels.data()), scan.size, 0xFF,
+            static_cast<std::uint8_t>(Label::kWall), &walls);
+  Memory memory(walls.size());
+  const auto wall = [first = walls.data()](std::size_t k) { return first[k]; };
+  rasterizeAll(surface, gather(scan, walls.size(), wall, &memory), mounting, resolution, max_range,
+               grid);
 }
 
 }  // namespace smoke_ground_reconstruction

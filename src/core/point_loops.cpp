@@ -203,10 +203,9 @@ void findKinds(const PointArrays& points, const float* intensity, const float* p
 }
 
 SMOKE_GROUND_MULTIVERSION
-void listWhere(const std::vector<std::uint8_t>& flags, std::uint8_t mask, std::uint8_t wanted,
+void listWhere(const std::uint8_t* flags, std::size_t size, std::uint8_t mask, std::uint8_t wanted,
                std::vector<std::uint32_t>* list) {
-  const std::size_t size = flags.size();
-  const std::uint8_t* const in = flags.data();
+  const std::uint8_t* const in = flags;
   // Of the right size at once: to make it longer costs as much as to fill it.
   list->resize(countWhere(in, size, mask, wanted) + kLanes);
   std::uint32_t* out = list->data();

@@ -54,9 +54,14 @@ struct KindBounds {
 void findKinds(const PointArrays& points, const float* intensity, const float* planar,
                const float* height, const KindBounds& bounds, std::uint8_t* kind);
 
-/// The indices of flags that are as wanted under a mask, in order.
-void listWhere(const std::vector<std::uint8_t>& flags, std::uint8_t mask, std::uint8_t wanted,
+/// The indices of `size` flags that are as wanted under a mask, in order.
+void listWhere(const std::uint8_t* flags, std::size_t size, std::uint8_t mask, std::uint8_t wanted,
                std::vector<std::uint32_t>* list);
+
+inline void listWhere(const std::vector<std::uint8_t>& flags, std::uint8_t mask,
+                      std::uint8_t wanted, std::vector<std::uint32_t>* list) {
+  listWhere(flags.data(), flags.size(), mask, wanted, list);
+}
 
 /// Of returns that are of a kind.
 inline void listKind(const std::vector<std::uint8_t>& kinds, ReturnKind::Bit kind,
