@@ -36,4 +36,11 @@ class AzimuthBins {
   std::vector<std::uint32_t> bin_before_;  // by slot of turns
 };
 
+/// Number of a column counted on beyond the last one. Divides by no number: loops over columns do
+/// little else.
+inline std::size_t wrapped(std::size_t column, std::size_t columns) {
+  while (column >= columns) column -= columns;
+  return column;
+}
+
 }  // namespace smoke_ground_reconstruction

@@ -36,7 +36,7 @@ struct DrawnFloor {
   std::vector<std::uint16_t> column;
   std::vector<double> planar;       ///< [m]
   std::vector<std::uint16_t> ring;  ///< of the beam that a point lies on; kNoRing of fill
-  std::size_t size = 0;
+  std::size_t size = 0, beams = 0;  ///< the latter come first, fill behind them
 
   /// Makes the arrays long enough for so many more.
   void reserveMore(std::size_t more);
@@ -120,7 +120,7 @@ class FloorCompletion {
   std::vector<std::uint32_t> past_;  // measured returns past the limits
   FarthestReturns farthest_;
   FloorConfidence confidence_;
-  std::vector<double> beyond_, between_rings_;
+  std::vector<double> beyond_, between_rings_, tangents_;
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -242,7 +242,7 @@ void FloorConfidence::findPosts(const Room& room) {
     std::array<double, 2 * kPostColumns + 1> near;
     std::size_t count = 0;
     for (std::size_t k = 0; k <= 2 * kPostColumns; ++k) {
-      const double own = own_post_[(c + columns + k - kPostColumns) % columns];
+      const double own = own_post_[wrapped(c + columns + k - kPostColumns, columns)];
       if (own > 0.0) near[count++] = own;
     }
     if (count == 0) continue;

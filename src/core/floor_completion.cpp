@@ -39,6 +39,18 @@ void addVariance(const FloorModel& floor, const PointArrays& points, float* sigm
   }
 }
 
+/// Of the points' elevations.
+SMOKE_GROUND_MULTIVERSION
+void tangentsOf(const PointArrays& points, double* tangent) {
+  const float *const px = points.x, *const py = points.y, *const pz = points.z;
+  for (std::size_t i = 0, size = points.size; i < size; ++i) {
+    const double x = px[i];
+    const double y = py[i];
+    const double planar = std::sqrt(x * x + y * y);
+    tangent[i] = static_cast<double>(pz[i]) / (planar > 1e-6 ? planar : 1e-6);
+  }
+}
+
 /// Planar range from which on a column is filled [m]: every 16th from the first step on, those
 /// between them from where their neighbours are farther apart than a step.
 double fillBegin(std::size_t column, double spacing) {
@@ -162,6 +174,7 @@ const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
   measured_cells_.clear(room->params().cell_size);
   measured_cells_.insert(measured_.x.data(), measured_.y.data(), measured_.size());
   drawBeams(*room, sensor, mounting);
+  drawn_.beams = drawn_.size;
   drawFill(*room);
   raise(&room->relief());
   return drawn_;
@@ -431,16 +444,17 @@ void FloorCompletion::placeRings(const SensorModel& sensor, FloorSurface* surfac
     between_rings_.push_back(0.5 * (sensor.tangent(rings[r + 1]) + sensor.tangent(rings[r])));
   }
   const std::size_t first = claim_.measured.size();
+  std::copy_n(drawn_.ring.begin(), drawn_.size, surface->ring.begin() + first);
+  const std::size_t fill = first + drawn_.beams, size = drawn_.size - drawn_.beams;
+  tangents_.resize(size);
+  tangentsOf({surface->x.data() + fill, surface->y.data() + fill, surface->z.data() + fill, size},
+             tangents_.data());
   std::size_t above = 0;  // points of a column follow each other from the foot on
-  for (std::size_t k = 0; k < drawn_.size; ++k) {
-    const std::size_t at = first + k;
-    surface->ring[at] = drawn_.ring[k];
-    if (drawn_.ring[k] != DrawnFloor::kNoRing) continue;
-    const double planar = planarRange(surface->x[at], surface->y[at]);
-    const double tangent = static_cast<double>(surface->z[at]) / std::max(planar, 1e-6);
+  for (std::size_t k = 0; k < size; ++k) {
+    const double tangent = tangents_[k];
     while (above > 0 && !(between_rings_[above - 1] < tangent)) --above;
     while (above < between_rings_.size() && between_rings_[above] < tangent) ++above;
-    surface->ring[at] = rings.empty() ? std::uint16_t{0} : rings[above];
+    surface->ring[fill + k] = rings.empty() ? std::uint16_t{0} : rings[above];
   }
 }
 
@@ -467,7 +481,7 @@ void FloorCompletion::outline(const Room& room, const Mounting& mounting,
   const Matrix3 level_from_upright = transposed(room.rotation());
   for (std::size_t c = 0; c < columns; ++c) {
     const double r = radius(c);
-    if (!(r > 0.0) && !(radius((c + columns - 1) % columns) > 0.0)) continue;
+    if (!(r > 0.0) && !(radius(wrapped(c + columns - 1, columns)) > 0.0)) continue;
     const double distance = room.profile().distance[c];
     const bool ends_at_wall = r > 0.0 && r >= std::max(0.0, distance - kAtWall) && r <= distance;
     const double x = r * directions_.middle[c].cosine;

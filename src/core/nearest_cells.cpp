@@ -12,8 +12,6 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr int kSide = NearestCells::kSide;
-constexpr int kMargin = 192;                // cells beyond the grid that are remembered, too
-constexpr int kWide = kSide + 2 * kMargin;  // with them
 
 /// A marked cell of a row as far as it is the nearest of a column's cells.
 struct Piece {
@@ -23,8 +21,6 @@ struct Piece {
 };
 
 std::size_t at(int row, int column) { return static_cast<std::size_t>(row * kSide + column); }
-
-int inGrid(int column) { return std::clamp(column, 0, kSide - 1); }
 
 /// The first row from which on a piece is nearer than another whose row comes before.
 int firstNearer(const Piece& piece, const Piece& before) {
@@ -58,21 +54,6 @@ void NearestCells::takeRow(const std::uint8_t* is_marked, std::uint8_t* nearest)
   }
 }
 
-NearestCells::Found NearestCells::of(int column, int row) {
-  const auto to_column = static_cast<std::size_t>(column + kMargin);
-  const auto to_row = static_cast<std::size_t>(row + kMargin);
-  if (to_column >= kWide || to_row >= kWide) return searchRows(column, row);
-  if (is_known_[to_column] == 0) findColumn(column);
-  return inRow(row_[to_column * kWide + to_row], column, row);
-}
-
-/// The marked cell of a row that is nearest to a cell.
-NearestCells::Found NearestCells::inRow(int marked_row, int column, int row) const {
-  const int marked_column = nearest_[at(marked_row, inGrid(column))];
-  const int across = column - marked_column, along = row - marked_row;
-  return {marked_row * kSide + marked_column, across * across + along * along};
-}
-
 NearestCells::Found NearestCells::searchRows(int column, int row) const {
   Found best{-1, std::numeric_limits<std::int32_t>::max()};
   for (const int marked_row : rows_) {
@@ -87,8 +68,7 @@ void NearestCells::findColumn(int column) {
   std::array<Piece, kSide> pieces;
   std::size_t count = 0;
   for (const int row : rows_) {
-    const int across = column - nearest_[at(row, inGrid(column))];
-    Piece piece{-kMargin, row, across * across + row * row};
+    Piece piece{-kMargin, row, inRow(row, column, 0).square};
     for (; count > 0; --count) {
       piece.begin = firstNearer(piece, pieces[count - 1]);
       if (piece.begin > pieces[count - 1].begin) break;

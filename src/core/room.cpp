@@ -67,7 +67,7 @@ void FarthestReturns::find(std::size_t beside, std::vector<double>* farthest) co
   for (std::size_t c = 0; c < columns; ++c) {
     float most = 0.0F;
     for (std::size_t k = 0; k <= 2 * beside; ++k) {
-      most = std::max(most, ranges_[(c + columns + k - beside) % columns].third);
+      most = std::max(most, ranges_[wrapped(c + columns + k - beside, columns)].third);
     }
     (*farthest)[c] = most;
   }
