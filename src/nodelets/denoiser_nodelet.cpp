@@ -1,6 +1,5 @@
 #include <sensor_msgs/PointCloud2.h>
 
-#include <algorithm>
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 
@@ -50,8 +49,7 @@ class DenoiserNodelet : public LazyNodelet {
     const auto findings = std::make_shared<PointFindings>();
     auto& labels = findings->labels;
     labels = AgdorFilter(*params_->get(), makeKdTreeCounter).classify(scan);
-    const auto kept =
-        static_cast<std::size_t>(std::count(labels.begin(), labels.end(), Label::kKept));
+    const std::size_t kept = countPoints(labels, Label::kKept);
     timing.finish("denoise", cloud.size(), kept);
 
     const auto rings = missingRing(cloud);

@@ -1,4 +1,3 @@
-#include <algorithm>
 #include <memory>
 #include <pluginlib/class_list_macros.hpp>
 #include <vector>
@@ -39,10 +38,6 @@ void dropUnclustered(const std::vector<std::uint32_t>& clusters, std::vector<Lab
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (labels[i] == Label::kWall && clusters[i] == kNoCluster) labels[i] = Label::kKept;
   }
-}
-
-std::size_t count(const std::vector<Label>& labels, Label label) {
-  return static_cast<std::size_t>(std::count(labels.begin(), labels.end(), label));
 }
 
 }  // namespace
@@ -96,19 +91,19 @@ class SegmenterNodelet : public LazyNodelet {
   Kept segment(const CloudView& cloud, const Scan& scan, const std::vector<Label>& denoised,
                const SensorModel& sensor, const ScanLayoutConstPtr& layout, StageTiming& timing) {
     const auto params = params_->get();
-    const std::size_t size = count(denoised, Label::kKept);
+    const std::size_t size = countPoints(denoised, Label::kKept);
     timing.finish("organise", size, size);
 
     const auto findings = std::make_shared<PointFindings>();
     auto& [labels, clusters] = *findings;
     labels = ChannelSegmentation(params->segmentation).classify(scan, denoised, sensor);
-    const std::size_t walls = count(labels, Label::kWall);
-    const std::size_t ground = count(labels, Label::kGround);
+    const std::size_t walls = countPoints(labels, Label::kWall);
+    const std::size_t ground = countPoints(labels, Label::kGround);
     timing.finish("segment", size, ground + walls);
 
     clusters = WallClustering(params->clustering, findComponentsWithPcl).cluster(scan, labels);
     dropUnclustered(clusters, labels);
-    const std::size_t kept = ground + count(labels, Label::kWall);
+    const std::size_t kept = ground + countPoints(labels, Label::kWall);
     timing.finish("cluster", walls, kept - ground);
 
     publish(cloud, layout, findings, timing);

@@ -287,6 +287,21 @@ AppendedField AppendedField::of(const std::string& name, const std::vector<std::
   return {name, PointField::UINT32, sizeof(std::uint32_t), values.data()};
 }
 
+// In bytes, which a vector holds most of, as far as they do not overflow.
+std::size_t countPoints(const std::vector<Label>& labels, Label label) {
+  constexpr std::size_t kBlock = 255;
+  std::size_t count = 0;
+  for (std::size_t begin = 0; begin < labels.size(); begin += kBlock) {
+    const std::size_t end = std::min(begin + kBlock, labels.size());
+    std::uint8_t here = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      here = static_cast<std::uint8_t>(here + (labels[i] == label ? 1 : 0));
+    }
+    count += here;
+  }
+  return count;
+}
+
 void frameCut(const PointCloud2& cloud, const std::vector<Label>& labels, Label label,
               const std::vector<AppendedField>& appended, PointCloud2* cut) {
   cut->header = cloud.header;
@@ -297,7 +312,7 @@ void frameCut(const PointCloud2& cloud, const std::vector<Label>& labels, Label 
     cut->point_step += static_cast<std::uint32_t>(field.size);
   }
   cut->height = 1;
-  cut->width = static_cast<std::uint32_t>(std::count(labels.begin(), labels.end(), label));
+  cut->width = static_cast<std::uint32_t>(countPoints(labels, label));
   cut->row_step = cut->width * cut->point_step;
   cut->is_bigendian = false;
   cut->is_dense = true;  // a label other than kInvalid is given to finite points alone

@@ -220,6 +220,16 @@ TEST(CloudView, TakesAnEmptyCloudWhateverItsFields) {
   EXPECT_EQ(CloudView(cloud).size(), 0U);
 }
 
+TEST(CountPoints, CountsMoreThanAByteHolds) {
+  std::vector<Label> labels(1000, Label::kWall);
+  EXPECT_EQ(countPoints(labels, Label::kWall), 1000U);
+  EXPECT_EQ(countPoints(labels, Label::kKept), 0U);
+  labels[0] = labels[254] = labels[255] = labels[999] = Label::kKept;
+  EXPECT_EQ(countPoints(labels, Label::kWall), 996U);
+  EXPECT_EQ(countPoints(labels, Label::kKept), 4U);
+  EXPECT_EQ(countPoints({}, Label::kWall), 0U);
+}
+
 TEST(SelectPoints, KeepsHeaderFieldsAndOrder) {
   PointCloud2 cloud = makeCloud();
   cloud.width = 1;

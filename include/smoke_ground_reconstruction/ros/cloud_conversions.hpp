@@ -77,6 +77,9 @@ struct AppendedField {
   static AppendedField of(const std::string& name, const std::vector<std::uint32_t>& values);
 };
 
+/// How many points bear a label.
+std::size_t countPoints(const std::vector<Label>& labels, Label label);
+
 /// Gives a cloud of the points of one label all but their bytes: same header, same fields,
 /// height 1. \param labels  one per point of the cloud. \param appended  fields added after the
 /// cloud's own. \param cut  all of it but `data` is overwritten. \throws std::invalid_argument
