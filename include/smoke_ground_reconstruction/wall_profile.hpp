@@ -65,6 +65,7 @@ class ProfileFinder {
   bool isCorner(const Bridge& bridge, const ColumnDirections& directions,
                 const Profile& profile) const;
   bool isTorn(const Bridge& bridge) const;
+  bool passesWall(const Bridge& bridge) const;
 
   /// A place of a chain of posts: columns from its begin, and planar range [m].
   struct Link {
@@ -75,6 +76,7 @@ class ProfileFinder {
   double max_bridge_ratio_ = 0.0, widening_ = 1.0;
   std::vector<Link> chain_;
   std::vector<double> beyond_, nearest_, outermost_, candidate_;
+  std::vector<double> tall_;  // where what is no furniture begins in each column [m]
   std::vector<std::uint8_t> is_rest_, is_on_;
   std::vector<std::size_t> known_, gap_;
   ColumnRuns runs_;

@@ -21,6 +21,7 @@ constexpr double kOnLine = 0.015;      // a post so little behind a line is part
 constexpr double kCrossing = 0.06;     // lines so near to each other in a column cross there [m]
 constexpr std::size_t kCurveColumns = 3;  // to either side, posts behind a line in which: a curve
 constexpr double kLong = 0.8;            // a wall so long is bridged though its top is not seen [m]
+constexpr double kOverFurniture = 2.1;   // people, cupboards and doors are lower [m]
 constexpr double kSquare = 0.17;         // cosine between normals of walls at right angles, at most
 constexpr double kAskew = 0.5;           // others are drawn on by so much of what those are
 constexpr double kFarthestCorner = 1.6;  // times the farther place where its walls were seen last
@@ -104,10 +105,13 @@ void ProfileFinder::takeNearestWalls(const WallSupport& support, Profile* profil
 /// Walls that no straight line fits: posts up to the ceiling, with like neighbours.
 void ProfileFinder::addFullPosts(const Posts& posts, const UpwardView& view, Profile* profile) {
   nearest_.assign(profile->columns(), kInfinity);
+  tall_.assign(profile->columns(), kInfinity);
   for (std::size_t i = 0; i < posts.size(); ++i) {
     const double distance = posts.distance[i];
-    if (posts.count[i] < kStrongPost || !view.tells(distance)) continue;
     if (!view.isFull(posts.high[i], distance)) continue;
+    double& tall = tall_[posts.column[i]];
+    if (posts.high[i] > kOverFurniture) tall = std::min(tall, distance);
+    if (posts.count[i] < kStrongPost || !view.tells(distance)) continue;
     nearest_[posts.column[i]] = std::min(nearest_[posts.column[i]], distance);
   }
   for (std::size_t c = 0; c < nearest_.size(); ++c) {
@@ -346,7 +350,7 @@ bool ProfileFinder::isBridged(const Bridge& bridge, const ColumnDirections& dire
   const double seen = std::max(profile.distance[bridge.first], profile.distance[bridge.after]);
   if (farthest > kFarthestCorner * seen) return false;
   if (profile.line[bridge.first] == profile.line[bridge.after]) return true;
-  return !isTorn(bridge) && isCorner(bridge, directions, profile);
+  return !isTorn(bridge) && !passesWall(bridge) && isCorner(bridge, directions, profile);
 }
 
 bool ProfileFinder::isTorn(const Bridge& bridge) const {
@@ -355,6 +359,16 @@ bool ProfileFinder::isTorn(const Bridge& bridge) const {
     torn += beyond_[c] > std::min(bridge.a[c], bridge.b[c]) + kBeyond ? 1U : 0U;
   }
   return static_cast<double>(torn) > kTorn * static_cast<double>(gap_.size());
+}
+
+/// Does something before a bridge reach out of the view, higher than furniture? Walls are not drawn
+/// on behind a wall.
+bool ProfileFinder::passesWall(const Bridge& bridge) const {
+  const std::size_t columns = tall_.size();
+  for (std::size_t c = (bridge.first + 1) % columns; c != bridge.after; c = (c + 1) % columns) {
+    if (tall_[c] < std::min(bridge.a[c], bridge.b[c]) - kBeyond) return true;
+  }
+  return false;
 }
 
 /// Do two walls meet in the gap, each seen along enough of its length to be drawn on so far?

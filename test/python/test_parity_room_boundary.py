@@ -103,6 +103,17 @@ def test_a_sensor_of_much_range_noise(core, noise):
     assert_parity(core, drilled(box(noise=noise), 3))
 
 
+def test_a_piece_of_wall_before_a_corner(core):
+    view = box()
+    azimuth = np.degrees(np.arctan2(view.xyz[:, 1], view.xyz[:, 0]))
+    view = view.select((np.abs(azimuth - 41.4) > 8.0) | (view.xyz[:, 2] < -0.69))
+    middle, z = np.meshgrid(np.radians([41.0, 41.4, 41.8]), np.arange(-0.65, 1.89, 0.05))
+    piece = np.stack([2.5 * np.cos(middle), 2.5 * np.sin(middle), z], axis=-1).reshape(-1, 3)
+    ring = np.r_[view.ring, np.full(len(piece), 60)]
+    view = rooms.view_of(np.vstack([view.xyz, piece]), 60.0, ring)
+    assert (assert_parity(core, view).profile.kind[93:100] == 2).all()
+
+
 def test_a_room_whose_floor_sends_nothing_back(core):
     for noise in (0.0, 0.01):
         view = box(noise)

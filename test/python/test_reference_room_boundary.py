@@ -327,6 +327,20 @@ def test_a_gap_at_a_corner_is_bridged_round_it():
     np.testing.assert_allclose(found.profile.distance[gap], true_distance()[gap], atol=0.02)
 
 
+@pytest.mark.parametrize(("top", "kind"), [(2.0, INFERRED), (2.6, LIMIT)], ids=["cupboard", "wall"])
+def test_no_corner_is_drawn_on_behind_a_wall(top, kind):
+    """Before a corner that smoke hides stand three columns of something, 2.5 m away: up to the
+    ceiling it is a piece of wall, and the room may end there."""
+    corner = int(np.degrees(np.arctan2(3.0, 3.4)) / COLUMN_DEG)
+    view = without_walls(room_scan(), (corner - 20) * COLUMN_DEG, (corner + 20) * COLUMN_DEG)
+    middle, z = np.meshgrid(MIDDLES[corner - 1 : corner + 2], np.arange(-0.65, top - 0.7, 0.05))
+    piece = np.stack([2.5 * np.cos(middle), 2.5 * np.sin(middle), z], axis=-1).reshape(-1, 3)
+    ring = np.r_[view.ring, np.full(len(piece), 60)]
+    found = reconstruct(rooms.view_of(np.vstack([view.xyz, piece]), 60.0, ring))
+    gap = np.r_[corner - 15 : corner - 3, corner + 4 : corner + 15]
+    assert np.all(found.profile.kind[gap] == kind)
+
+
 def scan_within(wall, noise=0.01):
     """A room 2.6 m high, seen from 0.7 m, whose wall stands so far away in each column."""
     elevation, azimuth = np.meshgrid(np.radians(ELEVATIONS_DEG), MIDDLES, indexing="ij")

@@ -25,6 +25,7 @@ _ON_LINE = 0.015  # a post so little behind a line is part of its wall [m]
 _CROSSING = 0.06  # lines so near to each other in a column cross there [m]
 _CURVE_COLUMNS = 3  # to either side, in which posts behind a line show that the wall curves
 _LONG = 0.8  # a wall so long is bridged though its top is not seen [m]
+_OVER_FURNITURE = 2.1  # people, cupboards and doors are lower [m]
 _SQUARE = 0.17  # cosine between the normals of walls that meet at right angles, at most
 _ASKEW = 0.5  # any others are drawn on by so much of what those are
 _FARTHEST_CORNER = 1.6  # times the farther of the two places where its walls were seen last
@@ -84,14 +85,15 @@ def column_profile(
     outermost = _outermost(posts, support, columns, widening)
     beyond = np.maximum(beyond, outermost)
     _follow(outermost, distance, kind, widening)
-    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio, widening)
+    tall = _tall_posts(posts, view, columns)
+    _bridge(support, distance, kind, line, beyond, tall, directions, max_bridge_ratio, widening)
     rest = (distance == 0.0) & (outermost > 0.0)
     # A lone column is a look through a crack: no place to claim floor in.
     rest &= _like_neighbors(np.where(distance > 0.0, distance, outermost), widening) >= 2
     distance[rest], kind[rest] = outermost[rest], _SEEN
     _take_lines(support, distance, line, rest, directions, widening)
     _close_openings(support, view, level_floor, distance, kind, line)
-    _bridge(support, distance, kind, line, beyond, directions, max_bridge_ratio, widening)
+    _bridge(support, distance, kind, line, beyond, tall, directions, max_bridge_ratio, widening)
     return Profile(distance, kind, line)
 
 
@@ -141,6 +143,14 @@ def _add_full_posts(posts, view, distance, kind, widening):
     np.minimum.at(nearest, posts.column[full], posts.distance[full])
     add = (distance == 0.0) & np.isfinite(nearest) & (_like_neighbors(nearest, widening) >= 3)
     distance[add], kind[add] = nearest[add], _SEEN
+
+
+def _tall_posts(posts, view, columns):
+    """Where what reaches out of the view, higher than furniture, begins in each column [m]."""
+    tall = np.full(columns, np.inf)
+    is_tall = view.is_full(posts.high, posts.distance) & (posts.high > _OVER_FURNITURE)
+    np.minimum.at(tall, posts.column[is_tall], posts.distance[is_tall])
+    return tall
 
 
 def _like_neighbors(distance, widening):
@@ -202,20 +212,21 @@ def _follow(outermost, distance, kind, widening):
         kind[gap] = np.where(outermost[gap] > 0.0, _SEEN, _INFERRED)
 
 
-def _bridge(support, distance, kind, line, beyond, directions, max_ratio, widening):
+def _bridge(support, distance, kind, line, beyond, tall, directions, max_ratio, widening):
     """Bridge the gaps between known walls, along one wall or round the corner of two.
 
     Along one wall nothing but a wall on both sides is asked for: the floor ends at the line of a
     wall whether a door in it is open or not. A corner must lie in the gap, no farther along either
-    wall than it was seen to be long, and no floor, ceiling or wall may be seen beyond it. Walls
-    that do not meet at right angles may as well be chords of a round one, and are drawn on by less.
+    wall than it was seen to be long, and no floor, ceiling or wall may be seen beyond it, nor may
+    anything before it be higher than furniture. Walls that do not meet at right angles may as well
+    be chords of a round one, and are drawn on by less.
     """
     columns = len(distance)
     known = np.flatnonzero(line >= 0)
     widest, meeting = _WIDEST_GAP * columns, _MEETING * widening
     for first, after in zip(known, np.roll(known, -1)):
-        gap = (first + 1 + np.arange((after - first - 1) % columns)) % columns
-        gap = gap[distance[gap] == 0.0]
+        between = (first + 1 + np.arange((after - first - 1) % columns)) % columns
+        gap = between[distance[between] == 0.0]
         if not 0 < len(gap) <= widest:
             continue
         a, b = support.reach[line[first]], support.reach[line[after]]
@@ -224,6 +235,8 @@ def _bridge(support, distance, kind, line, beyond, directions, max_ratio, wideni
             continue
         is_corner = a[first] <= b[first] + meeting and b[after] <= a[after] + meeting
         torn = _is_torn(beyond[gap], bridge)
+        # Walls are not drawn on behind a wall.
+        torn |= np.any(tall[between] < np.minimum(a, b)[between] - _BEYOND)
         if line[first] != line[after]:
             on_first = a[gap] <= b[gap]
             is_square = abs(support.cosine(line[first], line[after])) < _SQUARE
