@@ -67,8 +67,8 @@ constexpr float kFarthestWall = 65.0F;
 /// Keeps its buffers.
 class SpreadFinder {
  public:
-  /// One sigma [m] of normal noise; 0 where too few columns tell. A column's is as wide as the
-  /// narrowest half of its returns; those of a quarter of the columns are walls for the most part.
+  /// 0.7 to 0.9 sigma [m] of normal noise; 0 where too few columns tell. A column is as wide as the
+  /// narrowest half of its returns; a twentieth of the columns see nothing but wall.
   double find(const WallReturns& returns);
 
  private:

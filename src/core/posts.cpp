@@ -21,7 +21,7 @@ constexpr double kAround = 120.0;           // what lies this near counts as aro
 constexpr std::size_t kToldBy = 3;          // one column in so many tells the spread of walls
 constexpr std::size_t kFewestTelling = 8;   // returns in it, and
 constexpr std::size_t kFewestColumns = 10;  // columns that tell
-constexpr std::size_t kTightest = 4;        // one in so many is as tight as walls are
+constexpr std::size_t kTightest = 20;       // one in so many sees nothing but wall
 constexpr double kUsualSpread = 0.025;      // up to which walls are found by the usual widths [m]
 constexpr double kWidest = 3.0;             // times these
 

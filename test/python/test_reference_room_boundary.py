@@ -252,16 +252,25 @@ def wall_returns(noise, smoke=0):
 @pytest.mark.parametrize("smoke", [0, 10], ids=["clear", "smoke"])
 @pytest.mark.parametrize("noise", [0.01, 0.04, 0.06])
 def test_walls_tell_how_far_their_returns_stray(noise, smoke):
-    """Half of normal noise lies within 1.35 sigma, the narrowest half of 20 returns within 1.0;
-    three quarters of these 20, of which half of the 30 consist where there is smoke, within 1.9."""
+    """Half of normal noise lies within 1.35 sigma, the narrowest half of 20 returns within 0.9 on
+    the average, 0.7 in a twentieth of the columns. With smoke half of the 30 returns are three
+    quarters of these 20."""
     told = spread_of_walls(*wall_returns(noise, smoke))
-    assert told == pytest.approx((1.7 if smoke else 0.9) * noise, rel=0.15)
+    assert told == pytest.approx((1.45 if smoke else 0.7) * noise, rel=0.1)
 
 
 def test_few_columns_tell_no_spread():
     column, planar = wall_returns(0.05)
     assert spread_of_walls(column[:600], planar[:600]) > 0.0  # 30 columns, of which ten tell
     assert spread_of_walls(column[:540], planar[:540]) == 0.0
+
+
+def test_columns_that_see_chairs_tell_no_spread():
+    """Nine of ten columns see something else nearer to the wall, as they do in an office."""
+    column, planar = wall_returns(0.01)
+    chairs = (column % 30 != 0) & (np.arange(len(column)) % 3 > 0)
+    planar[chairs] -= np.random.default_rng(5).uniform(0.05, 1.0, np.count_nonzero(chairs))
+    assert spread_of_walls(column, planar) < 0.015
 
 
 def test_places_of_walls_widen_only_where_returns_stray_more_than_usual():

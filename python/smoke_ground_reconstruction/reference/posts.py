@@ -16,7 +16,7 @@ _HALF = 25.0  # a post's returns lie this near to each other in planar range [mm
 _AROUND = 120.0  # what lies this near counts as around [mm]
 _TOLD_BY = 3  # one column in so many tells the spread of walls
 _FEWEST_TELLING, _FEWEST_COLUMNS = 8, 10  # returns in it, and columns that tell
-_TIGHTEST = 4  # one in so many is as tight as walls are
+_TIGHTEST = 20  # one in so many sees nothing but wall
 _USUAL_SPREAD = 0.025  # up to which walls are found by the usual widths [m]
 _WIDEST = 3.0  # times these
 
@@ -104,10 +104,11 @@ def _is_wide(column, planar):
 
 
 def spread_of_walls(column, planar):
-    """How far walls' returns stray, one sigma of normal noise [m]; 0 where too few columns tell.
+    """How far walls' returns stray, 0.7 to 0.9 sigma of normal noise [m]; 0 where too few
+    columns tell.
 
-    A column is as wide as the narrowest half of its returns (N,) that can be wall, and a quarter of
-    the columns see walls for the most part.
+    A column is as wide as the narrowest half of its returns (N,) that can be wall, and a twentieth
+    of the columns see nothing but wall.
     """
     key = np.sort(_keys(column, planar))
     widths = []
