@@ -30,6 +30,7 @@ class AzimuthBins {
 
  private:
   void binsBeforeSlots();
+  std::uint32_t beside(std::uint32_t edge, float x, float y) const;
   std::size_t slotOf(double turn) const;
 
   std::vector<Direction> edges_;

@@ -13,11 +13,11 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr std::size_t kSlotsPerBin = 4;
-constexpr double kTurnMargin = 1e-12;  // beyond its rounding
-constexpr std::int32_t kDoubtful = -1;
+constexpr double kTurnMargin = 1e-12;       // beyond its rounding
+constexpr float kShort = 1e-30F;            // what azimuthOf() knows nothing of
 constexpr std::size_t kBetweenLooks = 128;  // for those in doubt: of most such none is
 
-/// Bins of points that lie clear of every edge, else kDoubtful.
+/// Bins of points that lie clear of every edge; of others -1 - the nearest edge.
 SMOKE_GROUND_MULTIVERSION
 void guessBins(const float* x, const float* y, std::size_t size, float bins, std::uint32_t* bin) {
   const auto bins_per_radian = static_cast<float>(static_cast<double>(bins) / kTwoPi);
@@ -29,8 +29,9 @@ void guessBins(const float* x, const float* y, std::size_t size, float bins, std
     const auto guess = static_cast<std::int32_t>(inside);
     const float part = inside - static_cast<float>(guess);
     const bool is_clear = (part > margin) & (part < 1.0F - margin) & (inside > margin) &
-                          (inside < bins - margin) & (std::fabs(x[i]) + std::fabs(y[i]) > 1e-30F);
-    bin[i] = static_cast<std::uint32_t>(is_clear ? guess : kDoubtful);
+                          (inside < bins - margin) & (std::fabs(x[i]) + std::fabs(y[i]) > kShort);
+    const std::int32_t edge = guess + (part > 0.5F ? 1 : 0);
+    bin[i] = static_cast<std::uint32_t>(is_clear ? guess : -1 - edge);
   }
 }
 
@@ -38,7 +39,7 @@ SMOKE_GROUND_MULTIVERSION
 bool areAllClear(const std::uint32_t* bin, std::size_t size) {
   std::uint32_t all = 0;
   for (std::size_t i = 0; i < size; ++i) all |= bin[i];
-  return static_cast<std::int32_t>(all) >= 0;  // kDoubtful alone has the sign
+  return static_cast<std::int32_t>(all) >= 0;  // those in doubt alone have the sign
 }
 
 }  // namespace
@@ -87,6 +88,14 @@ std::size_t AzimuthBins::index(float x, float y) const {
   return bin;
 }
 
+/// Bin of a direction next to an edge.
+std::uint32_t AzimuthBins::beside(std::uint32_t edge, float x, float y) const {
+  const bool is_at_seam = edge == 0 || edge >= count();
+  const bool has_direction = std::fabs(x) + std::fabs(y) > kShort;
+  if (is_at_seam || !has_direction) return static_cast<std::uint32_t>(index(x, y));
+  return isAtOrAfter(edges_[edge], x, y) ? edge : edge - 1;
+}
+
 void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
                           std::uint32_t* index) const {
   guessBins(x, y, size, static_cast<float>(count()), index);
@@ -94,9 +103,7 @@ void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
     const std::size_t end = std::min(size, begin + kBetweenLooks);
     if (areAllClear(index + begin, end - begin)) continue;
     for (std::size_t i = begin; i < end; ++i) {
-      if (index[i] == static_cast<std::uint32_t>(kDoubtful)) {
-        index[i] = static_cast<std::uint32_t>(this->index(x[i], y[i]));
-      }
+      if (static_cast<std::int32_t>(index[i]) < 0) index[i] = beside(~index[i], x[i], y[i]);
     }
   }
 }
