@@ -17,7 +17,7 @@ namespace {
 constexpr float kNearest = 0.3F;  // planar range of the returns that vote [m]
 constexpr float kFarthest = 15.0F;
 constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
-constexpr std::size_t kFirstVotes = 400;  // ... in that among all tilts
+constexpr std::size_t kFirstVotes = 200;  // ... in that among all tilts
 constexpr float kSlotsPerMetre = 100.0F;  // of heights that are voted for
 constexpr double kVote = 1024.0;          // a cell with one return
 constexpr double kCell = 0.1;             // each cell of the floor has about one vote [m]

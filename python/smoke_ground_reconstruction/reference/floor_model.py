@@ -18,7 +18,7 @@ from .sample import FEWEST, sample
 
 _NEAREST, _FARTHEST = np.float32(0.3), np.float32(15.0)  # planar range of the returns that vote [m]
 _VOTES = 1500  # returns, at least, that take part in the search of the tilt
-_FIRST_VOTES = 400  # ... in that among all tilts
+_FIRST_VOTES = 200  # ... in that among all tilts
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
 _VOTE = 1024.0  # a cell with one return
