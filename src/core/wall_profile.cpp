@@ -108,10 +108,10 @@ void ProfileFinder::addFullPosts(const Posts& posts, const UpwardView& view, Pro
   tall_.assign(profile->columns(), kInfinity);
   for (std::size_t i = 0; i < posts.size(); ++i) {
     const double distance = posts.distance[i];
-    if (!view.isFull(posts.high[i], distance)) continue;
+    if (posts.count[i] < kStrongPost || !view.isFull(posts.high[i], distance)) continue;
     double& tall = tall_[posts.column[i]];
     if (posts.high[i] > kOverFurniture) tall = std::min(tall, distance);
-    if (posts.count[i] < kStrongPost || !view.tells(distance)) continue;
+    if (!view.tells(distance)) continue;
     nearest_[posts.column[i]] = std::min(nearest_[posts.column[i]], distance);
   }
   for (std::size_t c = 0; c < nearest_.size(); ++c) {

@@ -149,6 +149,7 @@ def _tall_posts(posts, view, columns):
     """Where what reaches out of the view, higher than furniture, begins in each column [m]."""
     tall = np.full(columns, np.inf)
     is_tall = view.is_full(posts.high, posts.distance) & (posts.high > _OVER_FURNITURE)
+    is_tall &= posts.count >= _STRONG_POST
     np.minimum.at(tall, posts.column[is_tall], posts.distance[is_tall])
     return tall
 
