@@ -58,10 +58,10 @@ class ChannelSegmentation {
   /// One label per point: kInvalid and kNoise as they come in, kKept turned into kGround or kWall
   /// where a pair says so. O(n log n).
   /// \param labels  the denoiser's answer; only kKept points are looked at.
-  /// \param raster  of all valid points of this scan, if there is one.
+  /// \param raster  of all valid points of this scan, if there is one; it is changed.
   std::vector<Label> classify(const Scan& scan, const std::vector<Label>& labels,
                               const SensorModel& sensor,
-                              std::optional<ScanRaster> raster = std::nullopt) const;
+                              std::optional<ScanRaster>* raster = nullptr) const;
 
  private:
   ChannelSegmentationParams params_;

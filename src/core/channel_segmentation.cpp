@@ -37,16 +37,20 @@ ChannelSegmentation::ChannelSegmentation(const ChannelSegmentationParams& params
 
 std::vector<Label> ChannelSegmentation::classify(const Scan& scan, const std::vector<Label>& labels,
                                                  const SensorModel& sensor,
-                                                 std::optional<ScanRaster> raster) const {
+                                                 std::optional<ScanRaster>* raster) const {
   const PairTests tests(params_);
   std::vector<Label> result = labels;
-  if (raster && !raster->is_crowded && raster->columns == columns_.count()) {
-    raster->keep(scan, labels);
+  std::optional<ScanRaster> own;  // memory of the one given stays with who gave it
+  const bool is_of_use = raster != nullptr && *raster && !(*raster)->is_crowded &&
+                         (*raster)->columns == columns_.count();
+  if (is_of_use) {
+    (*raster)->keep(scan, labels);
   } else {
-    raster.emplace(scan, labels, columns_);
+    own.emplace(scan, labels, columns_);
   }
-  if (!raster->is_crowded) {
-    labelRaster(scan, *raster, sensor, tests, params_.label_point, &result);
+  const ScanRaster& kept = is_of_use ? **raster : *own;
+  if (!kept.is_crowded) {
+    labelRaster(scan, kept, sensor, tests, params_.label_point, &result);
     return result;
   }
   Recycled<std::uint8_t> use(scan.size());

@@ -82,7 +82,7 @@ void Pipeline::processSegments(const ScanView& view, const Mounting& mounting,
   const auto denoised = denoiser_.classify(scan, &raster);
   stopwatch.lap("denoise");
   if (!is_level) raster.reset();  // its azimuths are others
-  result->labels = segmentation_.classify(level, denoised, sensor_, std::move(raster));
+  result->labels = segmentation_.classify(level, denoised, sensor_, &raster);
   stopwatch.lap("segment");
   result->clusters = clustering_.cluster(level, result->labels);
   stopwatch.lap("cluster");

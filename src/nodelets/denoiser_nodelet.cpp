@@ -48,7 +48,8 @@ class DenoiserNodelet : public LazyNodelet {
 
     const auto findings = std::make_shared<PointFindings>();
     auto& labels = findings->labels;
-    labels = AgdorFilter(*params_->get(), makeKdTreeCounter).classify(scan);
+    labels = AgdorFilter(*params_->get(), makeKdTreeCounter)
+                 .classify(scan, layout ? layout->raster.fill() : nullptr);
     const std::size_t kept = countPoints(labels, Label::kKept);
     timing.finish("denoise", cloud.size(), kept);
 

@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 #include <pluginlib/class_list_macros.hpp>
 #include <vector>
 
@@ -78,25 +79,28 @@ class SegmenterNodelet : public LazyNodelet {
           sensors_->observe(header.frame_id, cloud.scan(), layout->points_by_ring);
       const Scan turned(mounting.isLevel() ? ScanView() : cloud.scan(), mounting);
       const Scan& scan = mounting.isLevel() ? layout->scan : turned;
-      return segment(cloud, scan, denoisedOf(cut), sensor, layout, timing);
+      const auto raster = mounting.isLevel() ? layout->raster.take() : nullptr;
+      return segment(cloud, scan, denoisedOf(cut), sensor, layout, raster, timing);
     }
     const CloudView cloud(cut.message);
     if (!cloud.hasRing()) warnOfDerivedRings(cut.message);
     const SensorModel& sensor = sensors_->observe(header.frame_id, cloud.scan());
     const Scan scan(cloud.scan(), mounting);
-    return segment(cloud, scan, returnsOf(scan), sensor, nullptr, timing);
+    return segment(cloud, scan, returnsOf(scan), sensor, nullptr, nullptr, timing);
   }
 
   /// \param cloud  the denoised points, or the scan that they were cut from with their labels.
+  /// \param raster  of that scan; null where there is none for us.
   Kept segment(const CloudView& cloud, const Scan& scan, const std::vector<Label>& denoised,
-               const SensorModel& sensor, const ScanLayoutConstPtr& layout, StageTiming& timing) {
+               const SensorModel& sensor, const ScanLayoutConstPtr& layout,
+               std::optional<ScanRaster>* raster, StageTiming& timing) {
     const auto params = params_->get();
     const std::size_t size = countPoints(denoised, Label::kKept);
     timing.finish("organise", size, size);
 
     const auto findings = std::make_shared<PointFindings>();
     auto& [labels, clusters] = *findings;
-    labels = ChannelSegmentation(params->segmentation).classify(scan, denoised, sensor);
+    labels = ChannelSegmentation(params->segmentation).classify(scan, denoised, sensor, raster);
     const std::size_t walls = countPoints(labels, Label::kWall);
     const std::size_t ground = countPoints(labels, Label::kGround);
     timing.finish("segment", size, ground + walls);

@@ -353,7 +353,8 @@ TEST(ChannelSegmentation, TakesTheRasterOfAllPoints) {
       params.label_point = label_point;
       const ChannelSegmentation segmentation(params);
       const Labels alone = segmentation.classify(scan, labels, sensor);
-      EXPECT_EQ(segmentation.classify(scan, labels, sensor, raster), alone) << "every " << n;
+      std::optional<ScanRaster> lent(raster);
+      EXPECT_EQ(segmentation.classify(scan, labels, sensor, &lent), alone) << "every " << n;
       EXPECT_GT(std::count(alone.begin(), alone.end(), kWall), 100);
     }
   }

@@ -28,6 +28,16 @@ TEST(LayoutPool, LaysAScanOut) {
   EXPECT_EQ(layout->points_by_ring, (std::vector<std::size_t>{1, 1, 1}));
 }
 
+TEST(RasterSlot, LendsWhatWasFilledInToTheFirstWhoAsks) {
+  RasterSlot slot;
+  EXPECT_EQ(slot.take(), nullptr);
+  for (int scan = 0; scan < 2; ++scan) {
+    auto* const filled = slot.fill();
+    EXPECT_EQ(slot.take(), filled);
+    EXPECT_EQ(slot.take(), nullptr);
+  }
+}
+
 TEST(LayoutPool, UsesMemoryThatIsLetGoAndNoOther) {
   LayoutPool pool;
   const auto held = takenOf(pool, makeCloud(3));
