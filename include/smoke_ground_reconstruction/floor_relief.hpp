@@ -38,6 +38,12 @@ struct ReliefStep {
   bool holds(double x, double y, double height_over_plane) const;
 };
 
+/// A slope from the floor's plane up, along a wall, and how high it is seen [m].
+struct WallRamp {
+  ReliefFacet facet;
+  double top = 0.0;
+};
+
 /// Low returns by cells of a square grid with the sensor in its middle.
 class ReliefGrid {
  public:
@@ -104,10 +110,19 @@ class FloorRelief {
   /// A floor without relief strays so far from its plane per metre [m].
   static constexpr double kFlatness = 0.004;
 
+  static constexpr double kOnPlane = 0.03;  ///< a cell so near to the plane lies on it [m]
+
+  /// May a slope be a ramp's?
+  static bool isClimbable(double slope, double max_slope);
+
   FloorRelief();
   /// \param which  returns to look at: smoke left out.
   void find(const UprightReturns& returns, const std::vector<std::uint32_t>& which,
             const RoomBoundaryParams& params = RoomBoundaryParams());
+
+  /// Adds a ramp to a flat floor; false where floor measured on the plane or returns beneath the
+  /// ramp deny it.
+  bool addRamp(const WallRamp& ramp);
 
   /// Is the floor its plane and nothing else?
   bool isFlat() const { return facets_.size() == 1 && !has_heights_; }
@@ -162,6 +177,7 @@ class FloorRelief {
   void findCreases();
   bool crossing(int first, int second, Line* line) const;
   void lowerSlopes();
+  void endLevel(int facet, double level);
   double beneath(int facet, double highest, std::size_t* count) const;
   double highestOf(int facet) const;
 

@@ -20,6 +20,7 @@
 #include "smoke_ground_reconstruction/visibility.hpp"
 #include "smoke_ground_reconstruction/wall_lines.hpp"
 #include "smoke_ground_reconstruction/wall_profile.hpp"
+#include "smoke_ground_reconstruction/wall_ramps.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -157,6 +158,7 @@ class Room {
   void addCarried();
   void markFeetOfWalls(const ColumnDirections& directions);
   void findSeen();
+  bool findRamp();
   void fillLevelCells() const;
   const std::vector<double>& levelFloor();
   void findSeenCeiling();
@@ -199,6 +201,7 @@ class Room {
   Lines lines_;
   WallSupport support_;
   UpwardView view_;
+  WallRampFinder ramp_finder_;
   ProfileFinder profile_finder_;
   Profile profile_;
   FarthestReturns farthest_;

@@ -40,7 +40,6 @@ constexpr double kBehind = 0.2;          // what lies so far behind a riser lies
 constexpr std::size_t kMostAgainst = 2;
 constexpr double kLower = 0.04;  // returns so far below a facet: the floor is lower there [m]
 constexpr std::size_t kFewestLower = 3;  // returns
-constexpr double kOnPlane = 0.03;
 
 /// Slots of the distances that lines of a normal through places have, that of 0 being the middle.
 SMOKE_GROUND_MULTIVERSION
@@ -413,12 +412,46 @@ void FloorRelief::lowerSlopes() {
     std::size_t against = 0;
     const double second = beneath(f, highest, &against);
     if (against < kFewestLower) continue;
-    const double level = std::max(highest, second);
-    const double length = std::sqrt(facet.a * facet.a + facet.b * facet.b);
-    creases_.push_back({f, static_cast<int>(facets_.size()), facet.a / length, facet.b / length,
-                        (level - facet.c) / length});
-    facets_.push_back({0.0, 0.0, level});
+    endLevel(f, std::max(highest, second));
   }
+}
+
+void FloorRelief::endLevel(int facet, double level) {
+  const ReliefFacet slope = facets_[static_cast<std::size_t>(facet)];
+  const double length = std::sqrt(slope.a * slope.a + slope.b * slope.b);
+  creases_.push_back({facet, static_cast<int>(facets_.size()), slope.a / length, slope.b / length,
+                      (level - slope.c) / length});
+  facets_.push_back({0.0, 0.0, level});
+}
+
+bool FloorRelief::isClimbable(double slope, double max_slope) {
+  return std::fabs(slope) > kLevel && std::fabs(slope) < kSteeper * max_slope;
+}
+
+bool FloorRelief::addRamp(const WallRamp& ramp) {
+  const ReliefFacet& slope = ramp.facet;
+  std::size_t denying = 0;
+  for (std::uint32_t c = 0; c < ReliefGrid::kCells; ++c) {
+    if (is_floor_[c] == 0) continue;
+    const int column = static_cast<int>(c) % ReliefGrid::kSide - ReliefGrid::kSide / 2;
+    const int row = static_cast<int>(c) / ReliefGrid::kSide - ReliefGrid::kSide / 2;
+    const double x = ReliefGrid::kCell * (column + 0.5), y = ReliefGrid::kCell * (row + 0.5);
+    denying += slope.at(x, y) > 2.0 * kOnPlane ? 1U : 0U;
+  }
+  const double length = std::sqrt(slope.a * slope.a + slope.b * slope.b);
+  const double nx = slope.a / length, ny = slope.b / length, rho = -slope.c / length;
+  facets_.push_back(slope);
+  creases_.push_back({0, 1, nx, ny, rho});
+  creases_.push_back({1, 0, -nx, -ny, -rho});
+  std::size_t lower = 0, beyond = 0;
+  beneath(1, 0.0, &lower);
+  const double second = beneath(1, ramp.top, &beyond);
+  if (std::max(denying, lower - beyond) >= kFewestLower) {
+    setFlat();
+    return false;
+  }
+  if (beyond >= kFewestLower) endLevel(1, std::max(ramp.top, second));
+  return true;
 }
 
 double FloorRelief::highestOf(int facet) const {

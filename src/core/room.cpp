@@ -235,6 +235,11 @@ void Room::findWalls(const ColumnDirections& directions) {
   profile_finder_.find(posts_, support_, view_, beyond_, level_floor, directions,
                        params_.max_bridge_ratio, widening_, &profile_);
   findOnWalls();
+  if (findRamp()) {
+    addCarried();
+    markFeetOfWalls(directions);
+    findSeen();
+  }
   findDrops(directions);
   findCertainFloor();
   const bool drops = std::any_of(drops_.begin.begin(), drops_.begin.end(),
@@ -261,6 +266,25 @@ void Room::addCarried() {
     if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= ReturnKind::kLow;
   }
   listKind(flags_, ReturnKind::kLow, &low_);
+}
+
+/// Looks for a ramp along the walls where smoke may hide one.
+bool Room::findRamp() {
+  const auto& distance = profile_.distance;
+  if (!relief_.isFlat() || std::find(distance.begin(), distance.end(), 0.0) == distance.end()) {
+    return false;
+  }
+  ramp_finder_.clear();
+  for (const std::uint32_t i : near_) {
+    const double over = returns_.height[i];
+    if (!(over > ReliefGrid::kLowest) || !(over < ReliefGrid::kHighest) || isSoft(i)) continue;
+    if (!(std::fabs(pastWall(i)) < kWallFoot * widening_)) continue;
+    const auto line = static_cast<std::size_t>(profile_.line[column(i)]);
+    const double along = lines_.nx[line] * points().y[i] - lines_.ny[line] * points().x[i];
+    ramp_finder_.add(line, along, over);
+  }
+  const std::optional<WallRamp> ramp = ramp_finder_.find(lines_, params_.max_slope);
+  return ramp && relief_.addRamp(*ramp);
 }
 
 void Room::markFeetOfWalls(const ColumnDirections& directions) {

@@ -156,3 +156,26 @@ def read_scan(path):
         return ScanView(
             xyz, arrays["intensity"].astype(np.float32), arrays["ring"].astype(np.uint16)
         )
+
+
+def with_ramp(view):
+    """A room's scan with a floor that rises from x = 1.5 by 1 in 8, and the returns on the ramp."""
+    xyz = view.xyz.astype(np.float64)
+    # Beams end where z = -0.7 + (x - 1.5) / 8.
+    along = (-0.7 - 1.5 / 8.0) / (xyz[:, 2] - xyz[:, 0] / 8.0)
+    ends = (along > 0.0) & (along < 1.0) & (along * xyz[:, 0] > 1.5)
+    xyz[ends] *= along[ends, None]
+    return view._replace(xyz=xyz.astype(np.float32)), ends
+
+
+def ramp_in_smoke(noise, seed, denied=False):
+    """That room when smoke hides the ramp and the wall at its end; if denied, without the ramp but
+    with its walls cut off as if there were one."""
+    walls, elevations = (5.0, 2.0, -3.4, -2.0), np.linspace(-45.0, 40.0, 256)
+    level = box_room(walls, 1.9, -0.7, elevations, 0.4, noise, seed)[0]
+    view, on_ramp = with_ramp(level)
+    x, y, z = level.xyz.T
+    is_floor = z < -0.65
+    keep = ~on_ramp | (is_floor & (x < 2.8) if denied else np.zeros(len(x), bool))
+    keep &= (np.abs(y) > 0.5 * x) | (is_floor & (x < (2.8 if denied else 1.4)))
+    return (level if denied else view).select(keep)

@@ -165,15 +165,20 @@ def test_ceiling_out_of_view(core):
 
 
 def test_ramp(core):
-    view = box(walls=(5.0, 3.0, -3.4, -3.0))
-    xyz = view.xyz.astype(np.float64)
-    # The floor rises from x = 1.5 by 1 in 8: beams end where z = -0.7 + (x - 1.5) / 8.
-    rise = -0.7 - 1.5 / 8.0
-    along = rise / (xyz[:, 2] - xyz[:, 0] / 8.0)
-    ends = (along > 0.0) & (along < 1.0) & (along * xyz[:, 0] > 1.5)
-    xyz[ends] *= along[ends, None]
-    found = assert_parity(core, view._replace(xyz=xyz.astype(np.float32)))
+    view, _ = rooms.with_ramp(box(walls=(5.0, 3.0, -3.4, -3.0)))
+    found = assert_parity(core, view)
     assert not found.room.relief.is_flat()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_ramp_that_only_walls_show(core, seed):
+    found = assert_parity(core, rooms.ramp_in_smoke(0.008, seed))
+    assert len(found.room.relief.facets) > 1
+
+
+def test_a_ramp_that_measured_floor_denies(core):
+    flat = rooms.ramp_in_smoke(0.008, 0, denied=True)
+    assert assert_parity(core, flat).room.relief.is_flat()
 
 
 def test_the_last_good_floor_is_kept(core):

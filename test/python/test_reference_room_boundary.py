@@ -25,6 +25,7 @@ from smoke_ground_reconstruction.reference.sensor_model import SensorModel
 from smoke_ground_reconstruction.reference.wall_feet import WallFeet
 from smoke_ground_reconstruction.reference.wall_lines import Support, View
 from smoke_ground_reconstruction.reference.wall_profile import column_profile
+from smoke_ground_reconstruction.reference.wall_ramps import WallRamp, find_wall_ramp
 
 COLUMNS = 900
 SEEN, INFERRED, LIMIT = 0, 1, 2
@@ -776,6 +777,64 @@ def test_a_ramp_and_a_platform_meet_where_neither_was_measured():
     relief = relief_of(np.vstack([floor, platform]), np.r_[height, np.full(len(platform), 0.2)])
     at = np.array([[2.3, 0.0], [2.5, 0.0], [2.7, 0.0], [3.1, 0.0]])
     np.testing.assert_allclose(relief.at(at), [0.1625, 0.1875, 0.2, 0.2], atol=4e-3)
+
+
+def wall_above(foot, begin=-2.0, end=4.0):
+    """Rows 4 cm apart of a wall along x, seen each 4 cm down to a height that depends on x."""
+    x, z = np.meshgrid(np.arange(begin, end, 0.04), np.arange(0.0, 0.8, 0.04))
+    seen = z >= foot(x)
+    return x[seen], z[seen]
+
+
+def wall_ramp(x, z, normal=(0.0, 1.0)):
+    """Along a wall with the normal (0, 1) places count against x."""
+    return find_wall_ramp(np.zeros(len(x), int), -x, z, np.array([normal]), 1.0 / 6.0)
+
+
+def rising(x):
+    return (x - 1.0) / 8.0
+
+
+def test_the_feet_of_a_wall_show_a_ramp_that_smoke_hides():
+    ramp = wall_ramp(*wall_above(rising))
+    a, b, c = ramp.facet
+    assert b == 0.0
+    np.testing.assert_allclose([a * x + c for x in (1.5, 3.5)], [0.0625, 0.3125], atol=0.01)
+    assert ramp.top == pytest.approx(0.36, abs=0.04)  # at x = 3.96
+
+
+@pytest.mark.parametrize(
+    "foot",
+    [
+        lambda x: np.zeros_like(x),
+        lambda x: (x - 1.0) / 3.0,  # too steep
+        lambda x: np.where(x > 1.0, 0.3, 0.0),  # a box before the wall
+        lambda x: np.where(x > 1.0, 0.1 + rising(x), 0.0),  # no way up from the plane
+        lambda x: np.where(np.sin(20.0 * x) > 0.0, 0.5, rising(x)),  # smoke
+    ],
+    ids=["level", "steep", "box", "hangs", "patchy"],
+)
+def test_other_feet_of_walls_show_no_ramp(foot):
+    assert wall_ramp(*wall_above(foot)) is None
+
+
+def test_a_ramp_that_walls_show_needs_a_floor_that_does_not_deny_it():
+    floor, ramp = grid_of(-2.0, 1.2, -1.0, 1.0), WallRamp([0.125, 0.0, -0.125], 0.3)
+
+    def relief_with(more, height):
+        xy = np.vstack([floor, more])
+        seen = xy, np.r_[np.zeros(len(floor)), height], np.sqrt((xy**2).sum(axis=1))
+        return find_relief(*seen).with_ramp(ramp, *seen)
+
+    at = np.array([[0.0, 0.0], [2.0, 0.0], [3.0, 0.5], [9.0, 0.0]])
+    nothing = np.zeros((0, 2))
+    np.testing.assert_allclose(relief_with(nothing, []).at(at), [0.0, 0.125, 0.25, 1.0])
+    level = grid_of(2.0, 2.6, -1.0, 1.0)  # floor measured where the ramp is to be
+    assert relief_with(level, np.zeros(len(level))).is_flat()
+    column = np.array([[2.6, 0.5], [2.7, 0.5], [2.8, 0.5]])  # 0.2 m up there
+    assert relief_with(column, np.full(3, 0.1)).is_flat()
+    far = np.array([[6.0, 0.5], [6.0, 0.7], [6.0, 0.9]])  # a wall, 0.625 m up if it went on
+    np.testing.assert_allclose(relief_with(far, np.full(3, 0.4)).at(at)[-1], 0.4)
 
 
 def riser_at(x, half_width, top):

@@ -7,17 +7,25 @@ measured. Not in the thesis.
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ..params import RoomBoundaryParams
-from .relief_facets import ON_PLANE, find_creases, find_facets, find_step, lowered
+from .relief_facets import (
+    FEWEST_LOWER,
+    ON_PLANE,
+    find_creases,
+    find_facets,
+    find_step,
+    lowered,
+    with_slope,
+)
 
 CELL = 0.2
 SIDE = 128  # cells along each side of the grid, the sensor in its middle
 REACH = 0.5 * SIDE * CELL  # of the grid [m]
-_LOWEST, _HIGHEST = -0.09, 0.8  # heights that are looked at [m]
+LOWEST, HIGHEST = -0.09, 0.8  # heights that are looked at [m]
 _NEAREST = 0.5  # planar range [m]
 _POINTS = 4  # of a cell
 _SPREAD = 0.04  # between the tenth and ninetieth percentile of a cell's heights [m]
@@ -80,6 +88,23 @@ class FloorRelief:
         heights[on] = (a * xy[on, 0] + b * xy[on, 1]) + c
         return heights
 
+    def with_ramp(self, ramp, xy, height, planar):
+        """The relief of a flat floor with a wall_ramps.WallRamp.
+
+        As it is where floor measured on the plane or returns beneath the ramp deny it. What was
+        looked at for the relief is given as to `find_relief`.
+        """
+        grid = _grid_of(xy, height, planar)
+        a, b, c = ramp.facet
+        middle = CELL * (self.cells + 0.5)
+        denying = np.count_nonzero((a * middle[:, 0] + b * middle[:, 1]) + c > 2.0 * ON_PLANE)
+        floor = np.zeros(SIDE * SIDE, bool)
+        floor[(self.cells[:, 1] + SIDE // 2) * SIDE + (self.cells[:, 0] + SIDE // 2)] = True
+        facets, creases, beneath = with_slope(grid, ramp, floor)
+        if max(denying, beneath) >= FEWEST_LOWER:
+            return self
+        return replace(self, facets=facets, creases=creases)
+
     def sigma(self, xy, flatness=FLATNESS):
         """One sigma of `at` (N,): grows with the way to the next measured cell [m].
 
@@ -100,7 +125,7 @@ class FloorRelief:
     def carries(self, xy, height):
         """Returns (N,) that lie on floor off the plane, near to where it was measured."""
         on = np.zeros(len(xy), bool)
-        low = (height > _LOWEST) & (height < _HIGHEST) & np.all(np.abs(xy) < REACH, axis=1)
+        low = (height > LOWEST) & (height < HIGHEST) & np.all(np.abs(xy) < REACH, axis=1)
         low = np.flatnonzero(low)
         if self.is_flat() or len(self.cells) == 0 or len(low) == 0:
             return on
@@ -147,9 +172,7 @@ def find_relief(xy, height, planar, params=None):
     params : RoomBoundaryParams, optional
     """
     params = params or RoomBoundaryParams()
-    inside = (planar > _NEAREST) & np.all(np.abs(xy) < REACH, axis=1)
-    inside &= (height > _LOWEST) & (height < _HIGHEST)
-    grid = _Grid(xy[inside], height[inside])
+    grid = _grid_of(xy, height, planar)
     on_plane = grid.even & (np.abs(grid.median) <= ON_PLANE)
     step = find_step(grid, params.max_step_height)
     floor = _floor_cells(grid, on_plane, step, params)
@@ -160,6 +183,12 @@ def find_relief(xy, height, planar, params=None):
     if not raised.any() and step is None:
         return _flat(_places(on_plane), None)
     return _with_facets(grid, floor, raised, step, params.max_slope)
+
+
+def _grid_of(xy, height, planar):
+    inside = (planar > _NEAREST) & np.all(np.abs(xy) < REACH, axis=1)
+    inside &= (height > LOWEST) & (height < HIGHEST)
+    return _Grid(xy[inside], height[inside])
 
 
 def _with_facets(grid, floor, raised, step, max_slope):

@@ -15,8 +15,8 @@ _MOST_FACETS = 6
 _SEEDS = 48  # cells around which facets are sought
 _AROUND = 0.5  # half the window around a seed [m]
 _PRIOR = 0.0025  # keeps slopes from what too short a piece cannot tell [m^2]
-_LEVEL = 0.03  # facets less steep are level
-_STEEPER = 1.5625  # a facet may be so many times as steep as the way onto it
+LEVEL = 0.03  # facets less steep are level
+STEEPER = 1.5625  # a facet may be so many times as steep as the way onto it
 _BEND = 0.03  # facets whose slopes differ by less do not cross
 _SHARE = 0.85  # of the cells lie on their own side of a crease
 _CREASE_SLACK = 0.15  # or no farther than this beyond it [m]
@@ -36,8 +36,8 @@ _ON_TOP = 0.05  # returns so far behind a riser, near its top's height, lie on i
 _FEWEST_ON_TOP = 8  # tell the platform's height
 _BEHIND = 0.2  # floor cells so far behind a riser lie on its platform [m]
 _MOST_AGAINST = 2  # cells behind a riser that lie lower than its top
-_LOWER = 0.04  # returns so far below a facet show that the floor is lower there [m]
-_FEWEST_LOWER = 3  # returns
+LOWER = 0.04  # returns so far below a facet show that the floor is lower there [m]
+FEWEST_LOWER = 3  # returns
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Step:
 
     def carries(self, grid, group):
         """Do cells (a flat bool map) lie on the step's platform?"""
-        level = np.abs(grid.mean_height[group] - self.height) < _LOWER
+        level = np.abs(grid.mean_height[group] - self.height) < LOWER
         behind = self.side(grid.mean_x[group], grid.mean_y[group]) > -_CREASE_SLACK
         return bool(np.all(level & behind))
 
@@ -105,7 +105,7 @@ def find_facets(grid, raised, max_slope):
     facets = [[0.0, 0.0, 0.0]]
     left = np.flatnonzero(raised)
     while len(left) >= _FEWEST and len(facets) <= _MOST_FACETS:
-        plane = _strongest(grid, left, _STEEPER * max_slope)
+        plane = _strongest(grid, left, STEEPER * max_slope)
         on = _on(grid, left, plane)
         if np.count_nonzero(on) < _FEWEST:
             break
@@ -156,7 +156,7 @@ def _fitted(grid, cells):
     xh, yh = ordered_sum(weight * (x * h)), ordered_sum(weight * (y * h))
     determinant = xx * yy - xy * xy
     a, b = (xh * yy - yh * xy) / determinant, (yh * xx - xh * xy) / determinant
-    if a * a + b * b < _LEVEL * _LEVEL:
+    if a * a + b * b < LEVEL * LEVEL:
         return [0.0, 0.0, mean[2]]
     return [a, b, mean[2] - (a * mean[0] + b * mean[1])]
 
@@ -263,15 +263,15 @@ def _platform_height(grid, step, span):
     """The mean of what lies on the platform, no wall above it, if that is enough; else the riser's
     top, which noise lifts."""
     top = grid.top[grid.cell]
-    on = _behind(grid, step, span, _ON_TOP) & (top > ON_PLANE) & (top < step.height + _LOWER)
-    on &= grid.height > step.height - _LOWER
+    on = _behind(grid, step, span, _ON_TOP) & (top > ON_PLANE) & (top < step.height + LOWER)
+    on &= grid.height > step.height - LOWER
     count = np.count_nonzero(on)
     return ordered_sum(grid.height[on]) / count if count >= _FEWEST_ON_TOP else step.height
 
 
 def _stands(grid, step, span):
     """Does nothing behind a riser, as far as it is seen to run, lie lower than its top?"""
-    lower = _behind(grid, step, span, _BEHIND) & (grid.height < step.height - _LOWER)
+    lower = _behind(grid, step, span, _BEHIND) & (grid.height < step.height - LOWER)
     against = np.unique(grid.cell[lower])
     return len(against) <= _MOST_AGAINST
 
@@ -283,27 +283,47 @@ def lowered(grid, facets, of, floor, creases):
     """
     facets, creases = [list(facet) for facet in facets], list(creases)
     for number in range(1, len(facets)):
-        a, b, c = facets[number]
-        if a == 0.0 and b == 0.0:
+        if facets[number][0] == 0.0 and facets[number][1] == 0.0:
             continue
         on = of == number
         highest = float(grid.mean_height[on].max())
         against = _returns_beneath(grid, number, facets[number], highest, floor, creases)
-        if len(against) < _FEWEST_LOWER:
-            continue
-        level = max(highest, float(np.sort(against)[1]))
-        length = math.sqrt(a * a + b * b)
-        nx, ny, rho = a / length, b / length, (level - c) / length
-        creases.append(Crease(number, len(facets), nx, ny, rho))
-        facets.append([0.0, 0.0, level])
+        if len(against) >= FEWEST_LOWER:
+            _end_level(number, facets, creases, highest, against)
     return np.array(facets), creases
+
+
+def with_slope(grid, ramp, floor):
+    """The plane and a wall's ramp that rises from it, with a level end where returns disprove more.
+
+    Returns facets (F, 3), creases, and how many returns lie beneath the ramp as far as it was seen.
+    """
+    a, b, c = ramp.facet
+    length = math.sqrt(a * a + b * b)
+    nx, ny, rho = a / length, b / length, -c / length
+    creases = [Crease(0, 1, nx, ny, rho), Crease(1, 0, -nx, -ny, -rho)]
+    facets = [[0.0, 0.0, 0.0], [a, b, c]]
+    beneath = _returns_beneath(grid, 1, facets[1], 0.0, floor, creases)
+    beyond = _returns_beneath(grid, 1, facets[1], ramp.top, floor, creases)
+    if len(beyond) >= FEWEST_LOWER:
+        _end_level(1, facets, creases, ramp.top, beyond)
+    return np.array(facets), tuple(creases), len(beneath) - len(beyond)
+
+
+def _end_level(number, facets, creases, highest, against):
+    """Lets a slope end level, at its highest cells or where returns lie beneath it."""
+    a, b, c = facets[number]
+    level = max(highest, float(np.sort(against)[1]))
+    length = math.sqrt(a * a + b * b)
+    creases.append(Crease(number, len(facets), a / length, b / length, (level - c) / length))
+    facets.append([0.0, 0.0, level])
 
 
 def _returns_beneath(grid, number, plane, highest, floor, creases):
     """Heights of returns in unmeasured cells that lie beneath a facet drawn on to there."""
     a, b, c = plane
     model = (a * grid.x + b * grid.y) + c
-    beneath = (grid.height < model - _LOWER) & (model > highest) & ~floor[grid.cell]
+    beneath = (grid.height < model - LOWER) & (model > highest) & ~floor[grid.cell]
     for crease in creases:
         if crease.of == number:
             beneath &= crease.side(grid.x, grid.y) <= 0.0

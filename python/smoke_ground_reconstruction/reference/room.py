@@ -4,17 +4,18 @@ import math
 
 import numpy as np
 
+from . import wall_feet
 from .cells import cell_keys, cell_numbers
 from .drop_offs import find_drop_offs
-from .floor_relief import FLAT, FLATNESS, find_relief
+from .floor_relief import FLAT, FLATNESS, HIGHEST, LOWEST, find_relief
 from .hidden_drops import certain_floor
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts, spread_of_walls, widening_for
 from .sample import sample
 from .scan import rotated
-from .wall_feet import HIGHEST, LOWEST, OFF_WALL, STEEPEST, WallFeet
 from .wall_lines import Returns, View, find_lines, line_support
 from .wall_profile import column_profile
+from .wall_ramps import find_wall_ramp
 
 BEYOND = 0.15  # floor measured this far behind the boundary lies behind an opening [m]
 _ON_FLOOR, _ON_FLOOR_MOST = 0.03, 0.06  # a return so near to the plane may be floor [m]
@@ -140,12 +141,8 @@ class Room:
         )
         self.lines = find_lines(self.posts, self.widening)
         support = line_support(self.returns, self.lines, directions, self.view, self.widening)
-        self.at_wall = self._at_a_wall(support)
-        floor = self.is_low & ~self.at_wall
-        # A riser has floor at its foot.
-        riser = ~self.is_soft & self.relief.is_riser(self.xyz[:, :2], self.height)
-        self.seen_floor = self.farthest(floor | riser)
-        level_floor = self.farthest(floor & self.goes_on_level())
+        self._see_floor(support)
+        level_floor = self.farthest(self.is_low & ~self.at_wall & self.goes_on_level())
         ceiling = np.zeros(self.columns)
         if math.isfinite(self.ceiling):
             ceiling = self.farthest(self._is_at_ceiling())
@@ -160,27 +157,57 @@ class Room:
             self.params.max_bridge_ratio,
             self.widening,
         )
+        if self._find_ramp():
+            self._see_floor(support)
         self.drops = self._drop_offs(directions)
         if not np.isfinite(self.drops.begin).any():
             # A ceiling seen overhead has a floor beneath, unless floors are known to end here.
             self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
-        measured = self.farthest(floor | riser, beside=0)
         low_wall = np.bincount(self.column[self._low_on_walls()], minlength=self.columns)
         rises = self.farthest(self.is_low & self._rises(), beside=0) > 0.0
         self.certain_floor = certain_floor(
-            measured, self.profile.distance, self.drops, low_wall, rises
+            self.own_floor, self.profile.distance, self.drops, low_wall, rises
         )
+
+    def _see_floor(self, support):
+        """How far floor is measured, walls' feet left out."""
+        self.at_wall = self._at_a_wall(support)
+        # A riser has floor at its foot.
+        riser = ~self.is_soft & self.relief.is_riser(self.xyz[:, :2], self.height)
+        floor = (self.is_low & ~self.at_wall) | riser
+        self.seen_floor, self.own_floor = self.farthest(floor), self.farthest(floor, beside=0)
+
+    def _find_ramp(self):
+        """Looks for a ramp along the walls where smoke may hide one."""
+        if not self.relief.is_flat() or np.all(self.profile.distance > 0.0):
+            return False
+        low = ~self.is_soft & (self.height > LOWEST) & (self.height < HIGHEST)
+        at = np.flatnonzero(low & (np.abs(self.past_wall()) < _WALL_FOOT * self.widening))
+        line = self.profile.line[self.column[at]]
+        normals = np.column_stack([self.lines.nx, self.lines.ny])
+        along = normals[line, 0] * self.xyz[at, 1] - normals[line, 1] * self.xyz[at, 0]
+        ramp = find_wall_ramp(line, along, self.height[at], normals, self.params.max_slope)
+        if ramp is not None:
+            self.relief = self.relief.with_ramp(ramp, *self._hard())
+            self._take_carried()
+        return not self.relief.is_flat()
 
     def _rises(self):
         """Where the relief lies clear of the plane."""
         return self.relief.at(self.xyz[:, :2]) > _RISES
 
     def _find_relief(self):
+        self.relief = find_relief(*self._hard(), self.params)
+        self._take_carried()
+
+    def _hard(self):
+        """Places, heights and planar ranges of all but smoke."""
         hard = ~self.is_soft
-        self.relief = find_relief(
-            self.xyz[hard, :2], self.height[hard], self.planar[hard], self.params
-        )
-        on = np.flatnonzero(hard & (self.planar < self.params.max_range))
+        return self.xyz[hard, :2], self.height[hard], self.planar[hard]
+
+    def _take_carried(self):
+        """Floor off the plane is as low as that on it."""
+        on = np.flatnonzero(~self.is_soft & (self.planar < self.params.max_range))
         on = on[self.relief.carries(self.xyz[on, :2], self.height[on])]
         self.is_low[on] = True
 
@@ -248,13 +275,14 @@ class Room:
         return _HIDDEN_SLOPE if np.isfinite(self.certain_floor).any() else FLATNESS
 
     def _low_on_walls(self):
-        near = np.abs(self.planar - self.profile.distance[self.column]) < OFF_WALL
-        return ~self.is_soft & near & (self.height > LOWEST) & (self.height < HIGHEST)
+        near = np.abs(self.planar - self.profile.distance[self.column]) < wall_feet.OFF_WALL
+        low = (self.height > wall_feet.LOWEST) & (self.height < wall_feet.HIGHEST)
+        return ~self.is_soft & near & low
 
     def _wall_feet(self):
         distance = self.profile.distance[self.column]
-        foot = self._low_on_walls() & (self.height < STEEPEST * distance)
-        return WallFeet(self.column[foot], self.height[foot], self.profile.distance)
+        foot = self._low_on_walls() & (self.height < wall_feet.STEEPEST * distance)
+        return wall_feet.WallFeet(self.column[foot], self.height[foot], self.profile.distance)
 
     def _wall_normals(self):
         """Of the walls that bound the room, (W, 2)."""
