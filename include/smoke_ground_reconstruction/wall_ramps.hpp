@@ -16,7 +16,7 @@ namespace smoke_ground_reconstruction {
 /// plane on. Keeps its buffers. Not in the thesis.
 class WallRampFinder {
  public:
-  void clear() { feet_.clear(); }
+  void clear(std::size_t lines);
   /// A return at a wall: its line's number, its place along it, which is nx y - ny x, and its
   /// height over the plane [m].
   void add(std::size_t line, double along, double height);
@@ -24,17 +24,17 @@ class WallRampFinder {
   std::optional<WallRamp> find(const Lines& lines, double max_slope);
 
  private:
+  /// The lowest return of a bin.
   struct Foot {
-    std::uint32_t line;
-    int slot;  // along the wall
     double height, along;
   };
 
-  void keepLowest();
-  void findLowerHull(std::size_t begin, std::size_t end);
-  std::size_t sumOver(const Foot& first, const Foot& last, double slope, double* sum) const;
+  void takeFeetOf(std::size_t line);
+  void findLowerHull();
+  static std::size_t sumOver(const Foot& first, const Foot& last, double slope, double* sum);
 
-  std::vector<Foot> feet_;
+  std::vector<Foot> bins_;         // by line and place along it; infinitely high where empty
+  std::vector<Foot> feet_;         // of one wall, by place
   std::vector<std::size_t> hull_;  // of one wall, by number of its feet
 };
 

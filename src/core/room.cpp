@@ -274,7 +274,7 @@ bool Room::findRamp() {
   if (!relief_.isFlat() || std::find(distance.begin(), distance.end(), 0.0) == distance.end()) {
     return false;
   }
-  ramp_finder_.clear();
+  ramp_finder_.clear(lines_.size());
   for (const std::uint32_t i : near_) {
     const double over = returns_.height[i];
     if (!(over > ReliefGrid::kLowest) || !(over < ReliefGrid::kHighest) || isSoft(i)) continue;

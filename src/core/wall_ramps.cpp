@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <limits>
 
 #include "ordered.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
@@ -12,6 +12,8 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr double kBin = 0.1;         // along a wall; its lowest return tells [m]
+constexpr double kFarthest = 69.9;   // place along a wall [m]
+constexpr int kBins = 1400;          // of a wall
 constexpr double kShortest = 0.5;    // ramp along a wall [m]
 constexpr double kSeen = 0.05;       // a wall's lowest returns lie so near above its foot ... [m]
 constexpr double kSeenShare = 0.85;  // in so many bins where smoke does not cut them off
@@ -20,18 +22,25 @@ constexpr double kLeastRise = 2.0 * kOnPlane;
 
 }  // namespace
 
+void WallRampFinder::clear(std::size_t lines) {
+  bins_.assign(lines * kBins, {std::numeric_limits<double>::infinity(), 0.0});
+}
+
 void WallRampFinder::add(std::size_t line, double along, double height) {
-  feet_.push_back({static_cast<std::uint32_t>(line), floorToInt(along / kBin), height, along});
+  if (!(std::fabs(along) < kFarthest)) return;
+  const int slot = floorToInt(along / kBin) + kBins / 2;
+  Foot& foot = bins_[line * kBins + static_cast<std::size_t>(slot)];
+  if (height < foot.height || (height == foot.height && along < foot.along)) {
+    foot = {height, along};
+  }
 }
 
 std::optional<WallRamp> WallRampFinder::find(const Lines& lines, double max_slope) {
-  keepLowest();
   std::optional<WallRamp> best;
   double longest = kShortest;
-  std::size_t end = 0;
-  for (std::size_t begin = 0; begin < feet_.size(); begin = end) {
-    while (end < feet_.size() && feet_[end].line == feet_[begin].line) ++end;
-    findLowerHull(begin, end);
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    takeFeetOf(line);
+    findLowerHull();
     for (std::size_t k = 0; k + 1 < hull_.size(); ++k) {
       const Foot& first = feet_[hull_[k]];
       const Foot& last = feet_[hull_[k + 1]];
@@ -48,29 +57,22 @@ std::optional<WallRamp> WallRampFinder::find(const Lines& lines, double max_slop
       // Lower than the feet by what the lowest of so many are.
       const double rest =
           (first.height - slope * first.along) - 2.0 * sum / (count * (count - 2.0));
-      const std::size_t line = first.line;
       best = WallRamp{{-slope * lines.ny[line], slope * lines.nx[line], rest}, top};
     }
   }
   return best;
 }
 
-/// Leaves the lowest return of each bin, by place.
-void WallRampFinder::keepLowest() {
-  const auto key = [](const Foot& foot) {
-    return std::make_tuple(foot.line, foot.slot, foot.height, foot.along);
-  };
-  std::sort(feet_.begin(), feet_.end(),
-            [&](const Foot& one, const Foot& other) { return key(one) < key(other); });
-  const auto is_same_bin = [](const Foot& one, const Foot& other) {
-    return one.line == other.line && one.slot == other.slot;
-  };
-  feet_.erase(std::unique(feet_.begin(), feet_.end(), is_same_bin), feet_.end());
+void WallRampFinder::takeFeetOf(std::size_t line) {
+  feet_.clear();
+  for (std::size_t bin = line * kBins; bin < (line + 1) * kBins; ++bin) {
+    if (bins_[bin].height < std::numeric_limits<double>::infinity()) feet_.push_back(bins_[bin]);
+  }
 }
 
-void WallRampFinder::findLowerHull(std::size_t begin, std::size_t end) {
+void WallRampFinder::findLowerHull() {
   hull_.clear();
-  for (std::size_t at = begin; at < end; ++at) {
+  for (std::size_t at = 0; at < feet_.size(); ++at) {
     while (hull_.size() > 1) {
       const Foot& before = feet_[hull_[hull_.size() - 2]];
       const Foot& middle = feet_[hull_.back()];
@@ -86,7 +88,7 @@ void WallRampFinder::findLowerHull(std::size_t begin, std::size_t end) {
 
 /// How many feet along a stretch lie near above it, and how far in all [m].
 std::size_t WallRampFinder::sumOver(const Foot& first, const Foot& last, double slope,
-                                    double* sum) const {
+                                    double* sum) {
   OrderedSum over;
   for (const Foot* foot = &first; foot <= &last; ++foot) {
     const double height = foot->height - (first.height + slope * (foot->along - first.along));

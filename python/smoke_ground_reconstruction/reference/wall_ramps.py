@@ -12,6 +12,7 @@ from .ordered import ordered_sum
 from .relief_facets import LEVEL, ON_PLANE, STEEPER
 
 _BIN = 0.1  # along a wall; its lowest return tells [m]
+_FARTHEST = 69.9  # place along a wall [m]
 _SHORTEST = 0.5  # ramp along a wall [m]
 _LEAST_RISE = 2.0 * ON_PLANE
 _SEEN = 0.05  # a wall's lowest returns lie so near above its foot ... [m]
@@ -48,6 +49,8 @@ def find_wall_ramp(line, along, height, normals, max_slope):
     max_slope : float
     """
     best, longest = None, 0.0
+    near = np.abs(along) < _FARTHEST
+    line, along, height = line[near], along[near], height[near]
     for number in np.unique(line):
         feet = _feet(along[line == number], height[line == number])
         hull = _lower_hull(feet)
