@@ -70,7 +70,7 @@ WITHOUT = {
     ),
     "lines": (
         "no lines through posts",
-        [(room, "find_lines", lambda posts: Lines(*[np.zeros(0)] * 3))],
+        [(room, "find_lines", lambda *_: Lines(*[np.zeros(0)] * 3))],
     ),
     "bridges": (
         "gaps between walls left open",
