@@ -117,8 +117,7 @@ def is_knowable(cells, cell, hard):
     still seen in the azimuth column of a cell's middle or of one of its corners, or a return in the
     cell itself. `hard` (N, 3): all returns that are not of smoke.
     """
-    held = {tuple(at) for at in cells_of(hard, cell)}
-    found = np.array([tuple(at) in held for at in cells], dtype=bool)
+    found = held_cells(cells, hard, cell)
     reach = reach_of(hard)
     for corner in ((0.5, 0.5), (0, 0), (0, 1), (1, 0), (1, 1)):
         place = (cells + corner) * cell
