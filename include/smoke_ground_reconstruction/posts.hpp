@@ -79,6 +79,9 @@ class SpreadFinder {
 /// by so much [m].
 double wideningFor(double spread);
 
+/// How little behind a line a post is part of its wall [m], where returns stray by so much.
+double onLineFor(double spread);
+
 /// Vertical structures in single columns, ordered by column and distance; one entry per post.
 struct Posts {
   std::vector<std::uint16_t> column;

@@ -177,7 +177,8 @@ class Room {
   RoomBoundaryParams params_;
   double tolerance_ = 0.0;   // a return so near to the plane may be floor [m]
   double drop_depth_ = 0.0;  // and one so far below it tells of a drop [m]
-  double widening_ = 1.0;    // of the places of walls
+  double spread_ = 0.0;      // of walls' returns [m]
+  double widening_ = 1.0;    // and how much wider it makes the places of walls
   Points turned_;
   UprightReturns returns_;
   std::vector<std::uint32_t> bin_;

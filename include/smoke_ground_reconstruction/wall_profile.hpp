@@ -31,10 +31,10 @@ class ProfileFinder {
   /// \param level_floor  per column: how far floor was measured that goes on as level as the
   ///                     room's [m]. Asked for only where a wall may have an opening.
   /// \param max_bridge_ratio  a wall is drawn on to a corner at most so many times its seen length.
-  /// \param widening  see wideningFor().
+  /// \param spread  how far walls' returns stray, see SpreadFinder [m].
   void find(const Posts& posts, const WallSupport& support, const UpwardView& view,
             const std::vector<double>& beyond, const LevelFloor& level_floor,
-            const ColumnDirections& directions, double max_bridge_ratio, double widening,
+            const ColumnDirections& directions, double max_bridge_ratio, double spread,
             Profile* profile);
 
  private:
@@ -73,7 +73,7 @@ class ProfileFinder {
     double planar;
   };
 
-  double max_bridge_ratio_ = 0.0, widening_ = 1.0;
+  double max_bridge_ratio_ = 0.0, widening_ = 1.0, on_line_ = 0.0;
   std::vector<Link> chain_;
   std::vector<double> beyond_, nearest_, outermost_, candidate_;
   std::vector<double> tall_;  // where what is no furniture begins in each column [m]

@@ -24,6 +24,8 @@ constexpr std::size_t kFewestColumns = 10;  // columns that tell
 constexpr std::size_t kTightest = 20;       // one in so many sees nothing but wall
 constexpr double kUsualSpread = 0.025;      // up to which walls are found by the usual widths [m]
 constexpr double kWidest = 3.0;             // times these
+constexpr double kOnLine = 0.015;        // a post so little behind a line is part of its wall [m]
+constexpr double kOnLineSpreads = 1.75;  // or three sigma of the mean of a post's six returns
 
 constexpr double kSlotsPerMetre = 50.0;
 constexpr int kSlots = 520;
@@ -180,6 +182,8 @@ double SpreadFinder::find(const WallReturns& returns) {
 double wideningFor(double spread) {
   return std::min(std::max(1.0, spread / kUsualSpread), kWidest);
 }
+
+double onLineFor(double spread) { return std::max(kOnLine, kOnLineSpreads * spread); }
 
 void PostFinder::find(const WallReturns& returns, double widening, Posts* posts) {
   posts->clear();

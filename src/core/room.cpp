@@ -87,7 +87,8 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
   view_ = {ceiling_finder_.find(returns_, bins_.count()), -plane_[2], 0.0, params.furniture_height};
   sortOut(intensity);
   wall_returns_.take(returns_, maybe_wall_, bins_.count());
-  widening_ = wideningFor(spread_finder_.find(wall_returns_));
+  spread_ = spread_finder_.find(wall_returns_);
+  widening_ = wideningFor(spread_);
   post_finder_.find(wall_returns_, widening_, &posts_);
   placePosts();
 }
@@ -233,7 +234,7 @@ void Room::findWalls(const ColumnDirections& directions) {
   findSeen();
   const auto level_floor = [this]() -> const std::vector<double>& { return levelFloor(); };
   profile_finder_.find(posts_, support_, view_, beyond_, level_floor, directions,
-                       params_.max_bridge_ratio, widening_, &profile_);
+                       params_.max_bridge_ratio, spread_, &profile_);
   findOnWalls();
   if (findRamp()) {
     addCarried();

@@ -17,7 +17,6 @@ constexpr double kWidestGap = 0.25;       // that is bridged along one wall, of 
 constexpr double kMeeting = 0.05;         // [m]
 constexpr double kChainStep = 0.04;       // from post to post of a chain [m]
 constexpr double kChainSlope = 0.012;  // ... and per metre of range: a wall at 60 deg to the beam
-constexpr double kOnLine = 0.015;      // a post so little behind a line is part of its wall [m]
 constexpr double kCrossing = 0.06;     // lines so near to each other in a column cross there [m]
 constexpr std::size_t kCurveColumns = 3;  // to either side, posts behind a line in which: a curve
 constexpr double kLong = 0.8;            // a wall so long is bridged though its top is not seen [m]
@@ -69,10 +68,11 @@ std::size_t endOf(const std::vector<std::int32_t>& line, std::size_t at, std::si
 
 void ProfileFinder::find(const Posts& posts, const WallSupport& support, const UpwardView& view,
                          const std::vector<double>& beyond, const LevelFloor& level_floor,
-                         const ColumnDirections& directions, double max_bridge_ratio,
-                         double widening, Profile* profile) {
+                         const ColumnDirections& directions, double max_bridge_ratio, double spread,
+                         Profile* profile) {
   max_bridge_ratio_ = max_bridge_ratio;
-  widening_ = widening;
+  widening_ = wideningFor(spread);
+  on_line_ = onLineFor(spread);
   const std::size_t columns = directions.count();
   profile->distance.assign(columns, 0.0);
   profile->kind.assign(columns, BoundaryKind::kLimitOfKnowledge);
@@ -155,8 +155,7 @@ void ProfileFinder::findOutermost(const Posts& posts, const WallSupport& support
     for (std::size_t k = 0; k <= 2 * kCurveColumns; ++k) {
       curves = curves && is_on_[(c + columns + k - kCurveColumns) % columns] == 0;
     }
-    if (!curves && outermost_[c] <= candidate_[c] + kOnLine * widening_)
-      outermost_[c] = candidate_[c];
+    if (!curves && outermost_[c] <= candidate_[c] + on_line_) outermost_[c] = candidate_[c];
   }
 }
 

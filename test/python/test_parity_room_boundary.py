@@ -164,6 +164,12 @@ def test_ceiling_out_of_view(core):
     assert_parity(core, box(ceiling=8.0, walls=(6.0, 9.0, -5.0, -7.0)))
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.03])
+def test_a_sensor_that_looks_up_15_deg(core, noise):
+    view = box(noise)
+    assert_parity(core, view.select(view.xyz[:, 2] < 0.268 * np.hypot(*view.xyz[:, :2].T)))
+
+
 def test_ramp(core):
     view, _ = rooms.with_ramp(box(walls=(5.0, 3.0, -3.4, -3.0)))
     found = assert_parity(core, view)

@@ -16,6 +16,7 @@ from smoke_ground_reconstruction.reference.label import Label
 from smoke_ground_reconstruction.reference.posts import (
     Posts,
     ceiling_height,
+    on_line_for,
     spread_of_walls,
     widening_for,
 )
@@ -289,7 +290,7 @@ def test_walls_of_a_sensor_of_much_range_noise_are_found(noise):
     np.testing.assert_allclose(found.profile.distance, true_distance(), atol=0.02)
 
 
-def profile_of(distance, *reaches):
+def profile_of(distance, *reaches, spread=0.0):
     """The profile of columns 100 to 139 with posts at `distance` (40,) on lines with reaches (40,),
     of none of which the top is in view."""
     columns = np.arange(100, 140)
@@ -300,7 +301,7 @@ def profile_of(distance, *reaches):
     view, unknown = View(np.inf, 0.7, 0.1, 1.5), np.zeros(COLUMNS)
     normals = np.tile([1.0, 0.0], (len(reaches), 1))
     support = Support(seen, np.zeros_like(seen), reach, normals, np.zeros(len(reaches), bool))
-    found = column_profile(posts, support, view, unknown, unknown, DIRECTIONS, 1.6)
+    found = column_profile(posts, support, view, unknown, unknown, DIRECTIONS, 1.6, spread)
     return found.distance[columns]
 
 
@@ -308,6 +309,15 @@ def test_a_line_tells_better_than_one_column_how_far_a_wall_is():
     wall = np.full(40, 3.0)
     noisy = wall + np.where(np.arange(40) % 4 == 0, 0.012, -0.004)
     assert profile_of(noisy, wall) == pytest.approx(wall)
+
+
+def test_a_noisy_sensors_posts_stray_farther_from_their_line():
+    """Range noise of 30 mm lets the mean of six returns stray by 12 mm, three sigma are 37 mm."""
+    wall = np.full(40, 3.0)
+    noisy = wall + np.where(np.arange(40) % 4 == 0, 0.03, -0.01)
+    assert profile_of(noisy, wall)[4:-4:4] == pytest.approx(noisy[4:-4:4])
+    assert profile_of(noisy, wall, spread=0.8 * 0.03) == pytest.approx(wall)
+    assert on_line_for(0.8 * 0.03) == pytest.approx(3.0 * 0.03 / np.sqrt(6.0), rel=0.15)
 
 
 def test_a_line_that_crosses_a_wall_does_not_move_it():

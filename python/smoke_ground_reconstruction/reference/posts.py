@@ -19,6 +19,8 @@ _FEWEST_TELLING, _FEWEST_COLUMNS = 8, 10  # returns in it, and columns that tell
 _TIGHTEST = 20  # one in so many sees nothing but wall
 _USUAL_SPREAD = 0.025  # up to which walls are found by the usual widths [m]
 _WIDEST = 3.0  # times these
+_ON_LINE = 0.015  # a post so little behind a line is part of its wall, usually [m]
+_ON_LINE_SPREADS = 1.75  # so many spreads: three sigma of the mean of a post's six returns
 
 _CEILING_LOWEST, _CEILING_HIGHEST = 1.6, 12.0  # above the floor [m]
 _SLOTS_PER_METRE, _SLOTS = 50.0, 520
@@ -125,6 +127,11 @@ def widening_for(spread):
     """How many times as wide as usual the places of walls are taken to be, where their returns
     stray by so much [m]."""
     return min(max(1.0, spread / _USUAL_SPREAD), _WIDEST)
+
+
+def on_line_for(spread):
+    """How little behind a line a post is part of its wall [m], where returns stray by so much."""
+    return max(_ON_LINE, _ON_LINE_SPREADS * spread)
 
 
 def _keys(column, planar):

@@ -63,6 +63,8 @@ class Room:
     ----------
     tolerance : float
         A return so near to the plane may be floor [m].
+    spread : float
+        How far walls' returns stray, as by spread_of_walls() [m].
     widening : float
         Of the places of walls, as by widening_for().
     """
@@ -89,7 +91,8 @@ class Room:
         self.can_be_wall &= (self.planar > _NEAREST_WALL) & (self.planar < _FARTHEST_WALL)
         arrays = (self.column, self.planar, self.height, self.xyz[:, :2])
         self.returns = Returns(*(array[self.can_be_wall] for array in arrays))
-        self.widening = widening_for(spread_of_walls(self.returns.column, self.returns.planar))
+        self.spread = spread_of_walls(self.returns.column, self.returns.planar)
+        self.widening = widening_for(self.spread)
         self.posts = find_posts(*vars(self.returns).values(), self.widening)
         self.relief = FLAT
 
@@ -155,7 +158,7 @@ class Room:
             level_floor,
             directions,
             self.params.max_bridge_ratio,
-            self.widening,
+            self.spread,
         )
         if self._find_ramp():
             self._see_floor(support)

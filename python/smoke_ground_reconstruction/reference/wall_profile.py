@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .posts import on_line_for, widening_for
 from .wall_lines import BREAK, LINE_HALF, runs
 
 _SEEN, _INFERRED, _LIMIT = 0, 1, 2
@@ -21,7 +22,6 @@ _WIDEST_GAP = 0.25  # that is bridged along one wall, of the circle
 _MEETING = 0.05  # [m]
 _CHAIN_STEP = 0.04  # from post to post of a chain [m]
 _CHAIN_SLOPE = 0.012  # ... and per metre of range: a wall at 60 deg to the beam
-_ON_LINE = 0.015  # a post so little behind a line is part of its wall [m]
 _CROSSING = 0.06  # lines so near to each other in a column cross there [m]
 _CURVE_COLUMNS = 3  # to either side, in which posts behind a line show that the wall curves
 _LONG = 0.8  # a wall so long is bridged though its top is not seen [m]
@@ -51,7 +51,7 @@ class Profile:
 
 
 def column_profile(
-    posts, support, view, beyond, level_floor, directions, max_bridge_ratio, widening=1.0
+    posts, support, view, beyond, level_floor, directions, max_bridge_ratio, spread=0.0
 ):
     """The boundary of each column.
 
@@ -69,10 +69,10 @@ def column_profile(
         Of the columns' middles.
     max_bridge_ratio : float
         A wall is drawn on to a corner at most so many times its seen length.
-    widening : float
-        As by widening_for().
+    spread : float
+        How far walls' returns stray, as by spread_of_walls() [m].
     """
-    columns = len(beyond)
+    columns, widening = len(beyond), widening_for(spread)
     distance, kind = np.zeros(columns), np.full(columns, _LIMIT)
     line = np.full(columns, -1)
     if len(support.reach) > 0:
@@ -82,7 +82,7 @@ def column_profile(
         distance[known], kind[known] = reach.min(axis=0)[known], _SEEN
         line[known] = nearest[known]
     _add_full_posts(posts, view, distance, kind, widening)
-    outermost = _outermost(posts, support, columns, widening)
+    outermost = _outermost(posts, support, columns, widening, on_line_for(spread))
     beyond = np.maximum(beyond, outermost)
     _follow(outermost, distance, kind, widening)
     tall = _tall_posts(posts, view, columns)
@@ -164,7 +164,7 @@ def _like_neighbors(distance, widening):
     return like
 
 
-def _outermost(posts, support, columns, widening):
+def _outermost(posts, support, columns, widening, on_line):
     """The farthest vertical structure of each column; 0 where there is none.
 
     A line knows better than the few returns of one column how far its wall is, unless the wall
@@ -183,7 +183,7 @@ def _outermost(posts, support, columns, widening):
     behind = farthest > wall
     shifts = range(-_CURVE_COLUMNS, _CURVE_COLUMNS + 1)
     curves = np.all([np.roll(behind, k) for k in shifts], axis=0)
-    return np.where(curves | (farthest > wall + _ON_LINE * widening), farthest, wall)
+    return np.where(curves | (farthest > wall + on_line), farthest, wall)
 
 
 def _follow(outermost, distance, kind, widening):
