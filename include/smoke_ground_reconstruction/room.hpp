@@ -33,11 +33,11 @@ class FarthestReturns {
  public:
   void clear(std::size_t columns);
   void add(std::size_t column, float planar) { ranges_[column].insert(planar); }
-  /// Adds those of a list; fastest where the returns of a column follow each other.
-  /// \param planar_of  tells a return's planar range, 0 where it does not count.
-  template <typename PlanarOf>
-  void addAll(const std::vector<std::uint32_t>& list, const std::vector<std::uint16_t>& columns,
-              const PlanarOf& planar_of);
+  /// Adds those of a list that count.
+  /// \param counts  tells whether a return does; asked about each once, in no known order.
+  template <typename Counts>
+  void addAll(const std::vector<std::uint32_t>& list, const UprightReturns& returns,
+              const Counts& counts);
   /// Planar range [m] per column, 0 where too few are seen; `beside` columns to either side tell.
   void find(std::size_t beside, std::vector<double>* farthest) const;
 
@@ -45,8 +45,8 @@ class FarthestReturns {
   struct Ranges {
     float first = 0.0F, second = 0.0F, third = 0.0F;
 
-    /// No branches: returns of a column come from near to far as often as not.
     void insert(float planar) {
+      if (!(planar > third)) return;
       const float behind_first = std::min(first, planar);
       const float behind_second = std::min(second, behind_first);
       first = std::max(first, planar);
@@ -54,24 +54,27 @@ class FarthestReturns {
       third = std::max(third, behind_second);
     }
   };
+  /// Do the returns of a column come from near to far, mostly?
+  static bool isRising(const std::vector<std::uint32_t>& list, const UprightReturns& returns);
+
   std::vector<Ranges> ranges_;
 };
 
-template <typename PlanarOf>
-void FarthestReturns::addAll(const std::vector<std::uint32_t>& list,
-                             const std::vector<std::uint16_t>& columns, const PlanarOf& planar_of) {
-  Ranges ranges;  // of the column at hand
-  std::size_t column = 0;
-  if (!ranges_.empty()) ranges = ranges_[0];
-  for (const std::uint32_t i : list) {
-    if (columns[i] != column) {
-      ranges_[column] = ranges;
-      column = columns[i];
-      ranges = ranges_[column];
-    }
-    ranges.insert(planar_of(i));
+template <typename Counts>
+void FarthestReturns::addAll(const std::vector<std::uint32_t>& list, const UprightReturns& returns,
+                             const Counts& counts) {
+  const std::uint16_t* const column = returns.column.data();
+  const float* const planar = returns.planar.data();
+  Ranges* const ranges = ranges_.data();
+  const auto add = [&](std::uint32_t i) {
+    if (counts(i)) ranges[column[i]].insert(planar[i]);
+  };
+  // All but the first three of a column are passed over where these are the farthest.
+  if (isRising(list, returns)) {
+    std::for_each(list.rbegin(), list.rend(), add);
+  } else {
+    std::for_each(list.begin(), list.end(), add);
   }
-  if (!ranges_.empty()) ranges_[column] = ranges;
 }
 
 /// What one scan shows of its room, in the frame that stands its walls upright. Keeps its buffers.
@@ -110,7 +113,7 @@ class Room {
   /// Height of a place on the plane [m].
   double floorAt(double x, double y) const { return (plane_[0] * x + plane_[1] * y) + plane_[2]; }
   std::size_t column(std::size_t i) const { return returns_.column[i]; }
-  const std::vector<std::uint16_t>& columns() const { return returns_.column; }
+  const UprightReturns& returns() const { return returns_; }
   float planar(std::size_t i) const { return returns_.planar[i]; }
   float height(std::size_t i) const { return returns_.height[i]; }
   /// Returns on the floor or where its relief carries them, in order.
@@ -156,8 +159,9 @@ class Room {
   void placePosts();
   void findRelief();
   void addCarried();
-  void markFeetOfWalls(const ColumnDirections& directions);
-  void findSeen();
+  void findSeen(const ColumnDirections& directions);
+  bool isFoot(std::size_t i) const;
+  void addRisers();
   bool findRamp();
   void fillLevelCells() const;
   const std::vector<double>& levelFloor();
@@ -217,8 +221,8 @@ class Room {
       rising_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<std::uint32_t> slope_counts_;
-  LineWindows windows_;                // of returns at walls
-  std::vector<float> nearest_window_;  // of each column: where the nearest begins
+  LineWindows windows_;              // of returns at walls
+  std::vector<float> nearest_foot_;  // of each column: where the first may begin [m]
 };
 
 /// The rotation that levels the floor, which may stand the walls upright in place of the level

@@ -39,6 +39,8 @@ struct Lines {
   void reach(std::size_t line, const std::vector<Direction>& directions, double* reach) const;
 };
 
+class WallSupport;
+
 /// Where in each column the returns within some distance of lines can lie. Keeps its buffers.
 class LineWindows {
  public:
@@ -46,8 +48,9 @@ class LineWindows {
   RangeWindow of(std::size_t line, std::size_t column) const {
     return {lowest_[line * columns_ + column], highest_[line * columns_ + column]};
   }
-  /// Where the nearest window of each column begins [m]; infinite where there is none.
-  void findNearest(std::vector<float>* nearest) const;
+  /// Where the nearest window of each column begins [m], of lines that are seen in some column near
+  /// by; infinite where there is none.
+  void findNearest(const WallSupport& support, std::vector<float>* nearest) const;
 
  private:
   void findOf(const Lines& lines, std::size_t line, const ColumnDirections& directions,
@@ -155,7 +158,10 @@ class WallSupport {
   std::size_t columns() const { return columns_; }
   const std::uint8_t* seen(std::size_t line) const { return seen_.data() + line * columns_; }
   /// Is a wall seen in a column or in some to either side?
-  bool isSeenNear(std::size_t line, std::size_t column) const;
+  const std::uint8_t* seenNear(std::size_t line) const { return near_.data() + line * columns_; }
+  bool isSeenNear(std::size_t line, std::size_t column) const {
+    return seenNear(line)[column] != 0;
+  }
   /// ... and up to the ceiling, or as high as the sensor sees.
   const std::uint8_t* full(std::size_t line) const { return full_.data() + line * columns_; }
   /// Does a wall reach the ceiling, or as high as the sensor sees, anywhere?
@@ -168,13 +174,15 @@ class WallSupport {
  private:
   void countReturns(const WallReturns& returns, const Line& line, std::size_t number);
   void judge(std::size_t line);
+  void markNear(std::size_t line);
   void markFull(std::size_t line, const UpwardView& view);
   void markTall(std::size_t line, const UpwardView& view);
 
   std::size_t lines_ = 0, columns_ = 0;
   double half_ = kLineHalf;  // a wall's returns lie this near to its line [m]
   LineWindows windows_;
-  std::vector<std::uint8_t> seen_, full_, tall_;
+  std::vector<std::uint8_t> seen_, near_, full_, tall_;
+  std::vector<std::uint8_t> wide_;  // of one line, and beyond either end of the columns
   std::vector<double> reach_, nx_, ny_;
   std::vector<std::uint32_t> own_, around_;  // of one line, by column
   std::vector<float> low_, high_, highest_;  // the last over neighbours

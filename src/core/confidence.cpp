@@ -223,7 +223,7 @@ void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column,
 
 void FloorConfidence::findSeen(const Room& room, const std::vector<std::uint32_t>& measured) {
   farthest_.clear(room.profile().columns());
-  farthest_.addAll(measured, room.columns(), [&room](std::size_t i) { return room.planar(i); });
+  farthest_.addAll(measured, room.returns(), [](std::uint32_t) { return true; });
   farthest_.find(2, &seen_);
 }
 

@@ -36,6 +36,7 @@ constexpr double kPlumb = 0.99998629;      // floors tilted by less than 0.3 deg
 constexpr std::size_t kWallLights = 4000;  // returns of walls, at least, that tell the smoke
 constexpr int kSlopeSlots = 2048;
 constexpr double kSlotsPerSlope = 128.0;
+constexpr std::size_t kPairs = 64;
 constexpr std::size_t kLookedAt = 16000;  // returns, at least, that tell means and quantiles
 constexpr std::size_t kStrengths = 1000;  // returns of floor, at least, if there are as many
 constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above the highest beam
@@ -60,6 +61,19 @@ std::uint32_t* listNear(const WallReturns& returns, const Line& line, std::size_
 }  // namespace
 
 void FarthestReturns::clear(std::size_t columns) { ranges_.assign(columns, Ranges()); }
+
+/// Some pairs of returns that follow each other tell.
+bool FarthestReturns::isRising(const std::vector<std::uint32_t>& list,
+                               const UprightReturns& returns) {
+  const Sample some(list.size(), kPairs);
+  std::size_t rising = 0;
+  for (std::size_t k = 1; k < some.size(); ++k) {
+    const std::uint32_t one = list[some[k] - 1], next = list[some[k]];
+    const bool is_same = returns.column[one] == returns.column[next];
+    rising += is_same && returns.planar[next] > returns.planar[one] ? 1U : 0U;
+  }
+  return 2 * rising > some.size();
+}
 
 void FarthestReturns::find(std::size_t beside, std::vector<double>* farthest) const {
   const std::size_t columns = ranges_.size();
@@ -230,16 +244,14 @@ void Room::findWalls(const ColumnDirections& directions) {
   view_.steepest = steepest();
   line_finder_.find(posts_, widening_, &lines_);
   support_.find(wall_returns_, lines_, directions, view_, widening_);
-  markFeetOfWalls(directions);
-  findSeen();
+  findSeen(directions);
   const auto level_floor = [this]() -> const std::vector<double>& { return levelFloor(); };
   profile_finder_.find(posts_, support_, view_, beyond_, level_floor, directions,
                        params_.max_bridge_ratio, spread_, &profile_);
   findOnWalls();
   if (findRamp()) {
     addCarried();
-    markFeetOfWalls(directions);
-    findSeen();
+    findSeen(directions);
   }
   findDrops(directions);
   findCertainFloor();
@@ -288,41 +300,44 @@ bool Room::findRamp() {
   return ramp && relief_.addRamp(*ramp);
 }
 
-void Room::markFeetOfWalls(const ColumnDirections& directions) {
-  const double foot = kWallFoot * widening_;
-  windows_.find(lines_, directions, foot);
-  windows_.findNearest(&nearest_window_);
-  for (const std::uint32_t i : low_) {
-    const std::size_t c = column(i);
-    if (planar(i) < nearest_window_[c]) continue;
-    for (std::size_t line = 0; line < lines_.size(); ++line) {
-      const RangeWindow window = windows_.of(line, c);
-      if (planar(i) < window.lowest || planar(i) > window.highest) continue;
-      if (lines_.distance(line, points().x[i], points().y[i]) >= foot) continue;
-      if (!support_.isSeenNear(line, c)) continue;
-      flags_[i] |= ReturnKind::kAtWall;
-      break;
-    }
-  }
+/// How far floor and ceiling are measured; marks the feet of walls.
+void Room::findSeen(const ColumnDirections& directions) {
+  windows_.find(lines_, directions, kWallFoot * widening_);
+  windows_.findNearest(support_, &nearest_foot_);
+  farthest_.clear(bins_.count());
+  farthest_.addAll(low_, returns_, [this](std::uint32_t i) {
+    const bool is_foot = planar(i) >= nearest_foot_[column(i)] && isFoot(i);
+    if (is_foot) flags_[i] |= ReturnKind::kAtWall;
+    return !is_foot;
+  });
+  addRisers();
+  farthest_.find(0, &own_floor_);
+  farthest_.find(2, &seen_floor_);
+  findSeenCeiling();
 }
 
-/// How far floor and ceiling are measured.
-void Room::findSeen() {
+/// Is a low return the foot of a wall that is seen near by?
+bool Room::isFoot(std::size_t i) const {
+  const std::size_t c = column(i);
+  for (std::size_t line = 0; line < lines_.size(); ++line) {
+    if (!support_.isSeenNear(line, c)) continue;
+    const RangeWindow window = windows_.of(line, c);
+    if (planar(i) < window.lowest || planar(i) > window.highest) continue;
+    if (lines_.distance(line, points().x[i], points().y[i]) < kWallFoot * widening_) return true;
+  }
+  return false;
+}
+
+/// A riser has floor at its foot.
+void Room::addRisers() {
   const Points& at = points();
-  farthest_.clear(bins_.count());
-  farthest_.addAll(low_, returns_.column,
-                   [this](std::size_t i) { return isAtWall(i) ? 0.0F : planar(i); });
   for (std::size_t k = 0; relief_.hasStep() && k < near_.size(); ++k) {
-    // A riser has floor at its foot.
     const std::uint32_t i = near_[k];
     const bool is_counted =
         (flags_[i] & (ReturnKind::kLow | ReturnKind::kAtWall)) == ReturnKind::kLow;
     if (is_counted || isSoft(i) || !relief_.isRiser(at.x[i], at.y[i], height(i))) continue;
     farthest_.add(column(i), planar(i));
   }
-  farthest_.find(0, &own_floor_);
-  farthest_.find(2, &seen_floor_);
-  findSeenCeiling();
 }
 
 bool Room::goesOnLevel(std::size_t i) const {
@@ -366,7 +381,7 @@ const std::vector<double>& Room::levelFloor() {
 
 void Room::findSeenCeiling() {
   farthest_.clear(bins_.count());
-  farthest_.addAll(at_ceiling_, returns_.column, [this](std::size_t i) { return planar(i); });
+  farthest_.addAll(at_ceiling_, returns_, [](std::uint32_t) { return true; });
   farthest_.find(2, &seen_ceiling_);
   beyond_.resize(seen_floor_.size());
   for (std::size_t c = 0; c < beyond_.size(); ++c) {

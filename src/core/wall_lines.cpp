@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "multiversion.hpp"
@@ -153,12 +154,15 @@ void LineWindows::findOf(const Lines& lines, std::size_t line, const ColumnDirec
 }
 
 SMOKE_GROUND_MULTIVERSION
-void LineWindows::findNearest(std::vector<float>* nearest) const {
+void LineWindows::findNearest(const WallSupport& support, std::vector<float>* nearest) const {
   nearest->assign(columns_, kNowhere);
   float* const found = nearest->data();
-  for (std::size_t begin = 0; begin < lowest_.size(); begin += columns_) {
-    const float* const lowest = &lowest_[begin];
-    for (std::size_t c = 0; c < columns_; ++c) found[c] = std::min(found[c], lowest[c]);
+  for (std::size_t line = 0; line < support.lines(); ++line) {
+    const float* const lowest = &lowest_[line * columns_];
+    const std::uint8_t* const is_seen = support.seenNear(line);
+    for (std::size_t c = 0; c < columns_; ++c) {
+      found[c] = std::min(found[c], is_seen[c] != 0 ? lowest[c] : kNowhere);
+    }
   }
 }
 
@@ -378,6 +382,7 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
   half_ = kLineHalf * widening;
   columns_ = directions.count();
   seen_.assign(lines_ * columns_, 0);
+  near_.assign(lines_ * columns_, 0);
   full_.assign(lines_ * columns_, 0);
   tall_.assign(lines_, 0);
   reach_.resize(lines_ * columns_);
@@ -388,6 +393,7 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
     lines.reach(line, directions.middle, &reach_[line * columns_]);
     countReturns(returns, lines[line], line);
     judge(line);
+    markNear(line);
     markFull(line, view);
     markTall(line, view);
   }
@@ -460,11 +466,22 @@ void WallSupport::markFull(std::size_t line, const UpwardView& view) {
   }
 }
 
-bool WallSupport::isSeenNear(std::size_t line, std::size_t column) const {
-  for (std::size_t k = 0; k <= 2 * kFootColumns; ++k) {
-    if (seen(line)[(column + columns_ + k - kFootColumns) % columns_] != 0) return true;
+/// Marks the columns in which a line is seen and some to either side of each.
+void WallSupport::markNear(std::size_t line) {
+  wide_.assign(columns_ + 2 * kFootColumns, 0);
+  const std::uint8_t* const is_seen = seen(line);
+  for (std::size_t c = 0; c < columns_; ++c) {
+    if (is_seen[c] == 0) continue;
+    const std::size_t first = c;
+    while (c < columns_ && is_seen[c] != 0) ++c;
+    std::memset(&wide_[first], 1, c - first + 2 * kFootColumns);
   }
-  return false;
+  std::uint8_t* const near = &near_[line * columns_];
+  std::memcpy(near, &wide_[kFootColumns], columns_);
+  for (std::size_t k = 0; k < kFootColumns; ++k) {
+    near[columns_ - kFootColumns + k] |= wide_[k];
+    near[k] |= wide_[columns_ + kFootColumns + k];
+  }
 }
 
 void WallSupport::markTall(std::size_t line, const UpwardView& view) {
