@@ -17,15 +17,13 @@ class FloorConfidence {
  public:
   /// What each column of a room shows.
   /// \param limit  how far floor is claimed in each column [m].
-  /// \param measured  returns of the room that are floor.
-  void look(const Room& room, const std::vector<double>& limit,
-            const std::vector<std::uint32_t>& measured);
+  void look(const Room& room, const std::vector<double>& limit);
 
   /// Of points of the room's floor, 0..1.
   /// \param column, planar, confidence  arrays of `size` columns, planar ranges and answers.
-  void measured(const std::uint16_t* column, const double* planar, std::size_t size,
+  void measured(const std::uint16_t* column, const float* planar, std::size_t size,
                 float* confidence) const;
-  void drawn(const std::uint16_t* column, const double* planar, std::size_t size,
+  void drawn(const std::uint16_t* column, const float* planar, std::size_t size,
              float* confidence) const;
 
  private:
@@ -38,27 +36,40 @@ class FloorConfidence {
 
     double logit(double range) const;
   };
-  /// All of them, and apart what many points ask for.
+  /// What is left of it for points nearer than `before` [m], which most are, in single precision.
+  struct Plain {
+    float constant, end, rim_500;
+    float before;
+
+    float logit(float range) const;
+  };
+  /// ... and the way beyond measured floor, of which measured points only have some near drops.
+  struct Beyond {
+    float seen, weight;
+  };
   struct Columns {
     std::vector<Column> all;
-    std::vector<double> constant, end;
-    std::vector<double> plain;  // nearer than this [m] little of the model is left
+    std::vector<Plain> plain;
+    std::vector<Beyond> beyond;
+    bool any_beyond = false;
 
     void resize(std::size_t count);
     void set(std::size_t c, const Column& column);
   };
+  struct Block;
 
-  void findSeen(const Room& room, const std::vector<std::uint32_t>& measured);
+  void findSeen(const Room& room);
   void findPosts(const Room& room);
   void findBridges(const Profile& profile);
   void findDrops(const DropOffs& drops);
   Column describe(const Room& room, double limit, std::size_t c, double unknown) const;
   Column ofDrawn(const Column& measured, std::size_t c) const;
-  static void tell(const Columns& columns, const std::uint16_t* column, const double* planar,
+  static void tell(const Columns& columns, const std::uint16_t* column, const float* planar,
                    std::size_t size, float* confidence);
+  static void tellRims(const Columns& columns, const std::uint16_t* column, const float* planar,
+                       std::size_t count, Block* of);
 
   Columns measured_, drawn_;
-  FarthestReturns farthest_;
   std::vector<double> seen_, own_post_, post_, bridge_, near_drop_;
   bool has_drop_ = false;
 };

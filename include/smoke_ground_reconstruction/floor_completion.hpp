@@ -34,7 +34,7 @@ struct DrawnFloor {
 
   Points points;  ///< [m], on plane and relief
   std::vector<std::uint16_t> column;
-  std::vector<double> planar;       ///< [m]
+  std::vector<float> planar;        ///< [m]
   std::vector<std::uint16_t> ring;  ///< of the beam that a point lies on; kNoRing of fill
   std::size_t size = 0, beams = 0;  ///< the latter come first, fill behind them
 
@@ -51,14 +51,13 @@ class FloorCompletion {
 
   /// How far the floor of a room is claimed, and which returns are floor.
   const FloorClaim& claim(const Room& room);
-  /// Claimed floor where none was measured: the beams' own points, then the fill.
-  const DrawnFloor& draw(Room* room, const SensorModel& sensor, const Mounting& mounting);
-  /// The surface: measured points in input order, then the drawn ones; and the outline, a vertex
-  /// per column where floor is claimed, and the foot once where none is.
+  /// The surface: measured points in input order, then claimed floor where none was measured, the
+  /// beams' own points before the fill; and the outline, a vertex per column where floor is
+  /// claimed, and the foot once where none is.
   /// \param sensed  the room's returns.
   /// \param floor  in the level frame.
-  void merge(const SensedReturns& sensed, Room* room, const SensorModel& sensor,
-             const Mounting& mounting, const FloorModel& floor, FloorSurface* surface);
+  void complete(const SensedReturns& sensed, Room* room, const SensorModel& sensor,
+                const Mounting& mounting, const FloorModel& floor, FloorSurface* surface);
 
  private:
   /// A ring's beams or a column's fill.
@@ -83,7 +82,6 @@ class FloorCompletion {
 
   void findMeasured(const Room& room);
   void findSurelyFloor(const Room& room);
-  void gatherMeasured(const Room& room);
   bool isMeasured(const Room& room, std::uint32_t low) const;
   void drawOn(const Room& room);
   void layBeams(const Room& room, const Mounting& mounting);
@@ -97,8 +95,9 @@ class FloorCompletion {
   void lookUpClaim(const DropOffs& drops, std::size_t size);
   bool findClaimed(std::size_t size);
   void keep(std::size_t size, std::uint16_t ring);
-  void placeMeasured(const SensedReturns& sensed, const FloorModel& floor, FloorSurface* surface);
-  void tellMeasuredSigma(const FloorModel& floor, float* sigma) const;
+  void placeMeasured(const SensedReturns& sensed, const Room& room, const FloorModel& floor,
+                     FloorSurface* surface);
+  void draw(Room* room, const SensorModel& sensor, const Mounting& mounting);
   void placeDrawn(Room* room, const SensorModel& sensor, const Mounting& mounting,
                   const FloorModel& floor, FloorSurface* surface);
   void placeRings(const SensorModel& sensor, FloorSurface* surface);
@@ -112,9 +111,8 @@ class FloorCompletion {
   Beams beams_ = {};
   Stretch stretch_;
   Points level_;
-  Points measured_;  // in the upright frame, with their columns and planar ranges
-  std::vector<std::uint16_t> column_;
-  std::vector<double> planar_;
+  std::vector<std::uint16_t> column_;  // of measured returns, and their planar ranges
+  std::vector<float> planar_;
   std::vector<float> surely_floor_;  // by column [m]
   CellSet measured_cells_;
   std::vector<std::uint32_t> past_;  // measured returns past the limits

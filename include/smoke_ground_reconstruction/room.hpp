@@ -142,6 +142,8 @@ class Room {
   FloorRelief& relief() { return relief_; }
   /// How far floor, or a ceiling over it, is seen in each column [m].
   const std::vector<double>& seenFloor() const { return seen_floor_; }
+  /// How far floor is measured in each column [m], 0 where too little is.
+  const std::vector<double>& ownFloor() const { return own_floor_; }
   /// How far floor may be claimed in each column though smoke may hide a drop [m].
   const std::vector<double>& certainFloor() const { return certain_floor_; }
   /// How far the floor may stray from its plane per metre away from where it is measured [m]. Smoke

@@ -59,6 +59,7 @@ constexpr double kFarthestPlanar = 8.0;  // [m]
 constexpr double kFarthestBeyond = 2.0;  // beyond the farthest measured floor of the column [m]
 constexpr double kPostHalf = 0.03;       // posts tell where a wall is to about so much [m]
 constexpr double kPostsOff = 0.2;        // [m]
+constexpr std::size_t kSeenColumns = 2;  // to either side whose floor counts
 constexpr std::size_t kPostColumns = 2;  // to either side whose posts count
 constexpr std::uint32_t kPostReturns = 6;
 constexpr double kNoPostThere = std::numeric_limits<double>::quiet_NaN();
@@ -69,6 +70,13 @@ double atMost(double value, double most) { return value < most ? value : most; }
 /// 1 at the end and past it, falling to 0 at `reach` [m] before it.
 double hinge(double margin, double reach) {
   return notNegative(1.0 - notNegative(margin) * (1.0 / reach));
+}
+
+/// Into values in ascending order.
+void insert(double value, double* values, std::size_t count) {
+  std::size_t at = count;
+  for (; at > 0 && values[at - 1] > value; --at) values[at] = values[at - 1];
+  values[at] = value;
 }
 
 /// 1 / (1 + exp(-logit)) to 2e-7: loops vectorize. The exponent is split off in powers of two; of
@@ -92,10 +100,20 @@ float logistic(float logit) {
 
 }  // namespace
 
-void FloorConfidence::look(const Room& room, const std::vector<double>& limit,
-                           const std::vector<std::uint32_t>& measured) {
+/// Points worked on together.
+struct FloorConfidence::Block {
+  static constexpr std::size_t kMost = 256;
+
+  std::array<Plain, kMost> plain;
+  std::array<float, kMost> logit;
+  // Of those near to what ends their column.
+  std::array<std::uint32_t, kMost> rim, column;
+  std::array<float, kMost> planar, whole;
+};
+
+void FloorConfidence::look(const Room& room, const std::vector<double>& limit) {
   const auto& kinds = room.profile().kind;
-  findSeen(room, measured);
+  findSeen(room);
   findPosts(room);
   findBridges(room.profile());
   findDrops(room.drops());
@@ -147,28 +165,32 @@ FloorConfidence::Column FloorConfidence::ofDrawn(const Column& measured, std::si
   return column;
 }
 
-void FloorConfidence::measured(const std::uint16_t* column, const double* planar, std::size_t size,
+void FloorConfidence::measured(const std::uint16_t* column, const float* planar, std::size_t size,
                                float* confidence) const {
   tell(measured_, column, planar, size, confidence);
 }
 
-void FloorConfidence::drawn(const std::uint16_t* column, const double* planar, std::size_t size,
+void FloorConfidence::drawn(const std::uint16_t* column, const float* planar, std::size_t size,
                             float* confidence) const {
   tell(drawn_, column, planar, size, confidence);
 }
 
 void FloorConfidence::Columns::resize(std::size_t count) {
   all.resize(count);
-  for (auto* values : {&constant, &end, &plain}) values->resize(count);
+  plain.resize(count);
+  beyond.resize(count);
+  any_beyond = false;
 }
 
 void FloorConfidence::Columns::set(std::size_t c, const Column& column) {
-  constexpr double kRim = 0.51, kPost = kPostHalf + 1e-3, kDropRim = 0.11;  // no hinge goes farther
+  constexpr double kRim = 0.11, kLimitRim = 0.31, kPost = kPostHalf + 1e-3;  // hinges end before
   all[c] = column;
-  constant[c] = column.constant;
-  end[c] = column.end;
-  plain[c] = std::min(
-      {column.end - kRim, column.seen, column.posts - kPost, column.drop_begin - kDropRim});
+  const double before_end = column.end - (column.limit_rim == 0.0 ? kRim : kLimitRim);
+  const double before = std::min({before_end, column.posts - kPost, column.drop_begin - kRim});
+  plain[c] = {static_cast<float>(column.constant), static_cast<float>(column.end),
+              static_cast<float>(column.rim_500), static_cast<float>(before)};
+  beyond[c] = {static_cast<float>(column.seen), static_cast<float>(column.beyond)};
+  any_beyond = any_beyond || column.beyond != 0.0;
 }
 
 SMOKE_GROUND_PART double FloorConfidence::Column::logit(double range) const {
@@ -187,44 +209,80 @@ SMOKE_GROUND_PART double FloorConfidence::Column::logit(double range) const {
          past * (past_post + kWeights[kPastPostRim100] * near_end);
 }
 
-SMOKE_GROUND_MULTIVERSION
-void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column,
-                           const double* planar, std::size_t size, float* confidence) {
-  constexpr std::size_t kAtOnce = 32;  // points
-  constexpr int kFew = 8;
-  const double* const constant = columns.constant.data();
-  const double* const end = columns.end.data();
-  const double* const plain = columns.plain.data();
-  const Column* const all = columns.all.data();
-  for (std::size_t begin = 0; begin < size; begin += kAtOnce) {
-    const std::size_t last = std::min(size, begin + kAtOnce);
-    int others = 0;
-    for (std::size_t i = begin; i < last; ++i) others += planar[i] < plain[column[i]] ? 0 : 1;
-    if (others > kFew) {  // vectors of them are faster
-      for (std::size_t i = begin; i < last; ++i) {
-        confidence[i] = static_cast<float>(all[column[i]].logit(planar[i]));
-      }
-      continue;
-    }
-    // Far from all that ends a column only this much of the model is left.
-    for (std::size_t i = begin; i < last; ++i) {
-      const std::size_t c = column[i];
-      const double far = atMost(planar[i], kFarthestPlanar) / kFarthestPlanar;
-      const double rim = kWeights[kRim2000] * hinge(end[c] - planar[i], 2.0);
-      confidence[i] = static_cast<float>((constant[c] + rim) + far * kWeights[kFar]);
-    }
-    for (std::size_t i = begin; others > 0 && i < last; ++i) {
-      if (planar[i] < plain[column[i]]) continue;
-      confidence[i] = static_cast<float>(all[column[i]].logit(planar[i]));
-    }
-  }
-  for (std::size_t i = 0; i < size; ++i) confidence[i] = logistic(confidence[i]);
+/// What is left of the model far from all that ends a column.
+SMOKE_GROUND_PART float FloorConfidence::Plain::logit(float range) const {
+  constexpr auto kFar8 = static_cast<float>(kWeights[kFar] / kFarthestPlanar);
+  constexpr auto kRim = static_cast<float>(kWeights[kRim2000]);
+  constexpr auto kFarthest = static_cast<float>(kFarthestPlanar);
+  const float margin = end - range;  // > 0
+  const float rest_500 = 1.0F - margin * 2.0F, rest_2000 = 1.0F - margin * 0.5F;
+  const float rims =
+      rim_500 * (rest_500 > 0.0F ? rest_500 : 0.0F) + kRim * (rest_2000 > 0.0F ? rest_2000 : 0.0F);
+  return (constant + rims) + kFar8 * (range < kFarthest ? range : kFarthest);
 }
 
-void FloorConfidence::findSeen(const Room& room, const std::vector<std::uint32_t>& measured) {
-  farthest_.clear(room.profile().columns());
-  farthest_.addAll(measured, room.returns(), [](std::uint32_t) { return true; });
-  farthest_.find(2, &seen_);
+SMOKE_GROUND_MULTIVERSION
+void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column, const float* planar,
+                           std::size_t size, float* confidence) {
+  constexpr auto kFarthest = static_cast<float>(kFarthestBeyond);
+  const Plain* const plain = columns.plain.data();
+  const Beyond* const beyond = columns.beyond.data();
+  Block block;
+  for (std::size_t begin = 0; begin < size; begin += Block::kMost) {
+    const std::size_t count = std::min(Block::kMost, size - begin);
+    const std::uint16_t* const of = column + begin;
+    const float* const range = planar + begin;
+    for (std::size_t i = 0; i < count; ++i) block.plain[i] = plain[of[i]];
+    for (std::size_t i = 0; i < count; ++i) block.logit[i] = block.plain[i].logit(range[i]);
+    for (std::size_t i = 0; i < count && columns.any_beyond; ++i) {
+      const Beyond past = beyond[of[i]];
+      const float away = range[i] - past.seen;
+      const float least = away > 0.0F ? away : 0.0F;
+      block.logit[i] += past.weight * (least < kFarthest ? least : kFarthest);
+    }
+    tellRims(columns, of, range, count, &block);
+    for (std::size_t i = 0; i < count; ++i) confidence[begin + i] = logistic(block.logit[i]);
+  }
+}
+
+/// The whole model where points lie near to what ends their column.
+SMOKE_GROUND_PART void FloorConfidence::tellRims(const Columns& columns,
+                                                 const std::uint16_t* column, const float* planar,
+                                                 std::size_t count, Block* of) {
+  constexpr std::size_t kAtOnce = 16;
+  const Column* const all = columns.all.data();
+  Block& block = *of;
+  std::size_t rims = 0;
+  for (std::size_t begin = 0; begin < count; begin += kAtOnce) {
+    const std::size_t end = std::min(count, begin + kAtOnce);
+    int any = 0;
+    for (std::size_t i = begin; i < end; ++i) any |= planar[i] < block.plain[i].before ? 0 : 1;
+    if (any == 0) continue;
+    for (std::size_t i = begin; i < end; ++i) {
+      block.rim[rims] = static_cast<std::uint32_t>(i);
+      rims += planar[i] < block.plain[i].before ? 0U : 1U;
+    }
+  }
+  for (std::size_t k = 0; k < rims; ++k) {
+    const std::uint32_t i = block.rim[k];
+    block.column[k] = column[i];
+    block.planar[k] = planar[i];
+  }
+  for (std::size_t k = 0; k < rims; ++k) {
+    block.whole[k] = static_cast<float>(all[block.column[k]].logit(block.planar[k]));
+  }
+  for (std::size_t k = 0; k < rims; ++k) block.logit[block.rim[k]] = block.whole[k];
+}
+
+/// How far floor is measured in each column or those beside it.
+void FloorConfidence::findSeen(const Room& room) {
+  const auto& own = room.ownFloor();
+  seen_.assign(own.size(), 0.0);
+  for (std::size_t c = 0; c < own.size(); ++c) {
+    for (std::size_t k = 0; k <= 2 * kSeenColumns; ++k) {
+      seen_[c] = std::max(seen_[c], own[wrapped(c + own.size() + k - kSeenColumns, own.size())]);
+    }
+  }
 }
 
 /// Planar range of the outermost post of each column and those beside it, the lower median of the
@@ -243,12 +301,9 @@ void FloorConfidence::findPosts(const Room& room) {
     std::size_t count = 0;
     for (std::size_t k = 0; k <= 2 * kPostColumns; ++k) {
       const double own = own_post_[wrapped(c + columns + k - kPostColumns, columns)];
-      if (own > 0.0) near[count++] = own;
+      if (own > 0.0) insert(own, near.data(), count++);
     }
-    if (count == 0) continue;
-    const auto middle = near.begin() + (count - 1) / 2;
-    std::nth_element(near.begin(), middle, near.begin() + count);
-    post_[c] = *middle;
+    if (count > 0) post_[c] = near[(count - 1) / 2];
   }
 }
 

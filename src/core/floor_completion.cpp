@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
+#include "lanes.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 #include "point_loops.hpp"
@@ -25,6 +27,81 @@ std::array<float, 3> toLevel(const Matrix3& level_from_upright, float x, float y
 
 PointArrays arraysOf(const Points& points, std::size_t size) {
   return {points.x.data(), points.y.data(), points.z.data(), size};
+}
+
+/// How many of eight numbers follow each other, from the first on.
+SMOKE_GROUND_PART std::size_t runOf(const std::uint32_t* numbers) {
+  constexpr Ints kSteps = {0, 1, 2, 3, 4, 5, 6, 7};
+  Ints eight;
+  std::memcpy(&eight, numbers, sizeof(eight));
+  const Bytes follow = bytesOf(eight - kSteps == eight[0]);
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &follow, sizeof(bits));
+  return bits == ~std::uint64_t{0} ? kLanes : static_cast<std::size_t>(__builtin_ctzll(~bits)) / 8;
+}
+
+/// Some numbers of returns, of each of which so many are known.
+template <typename Number>
+struct Copy {
+  const Number* from;
+  Number* to;
+
+  void one(std::size_t i, std::size_t n) const { to[n] = from[i]; }
+  void eight(std::size_t i, std::size_t n) const {
+    std::memcpy(to + n, from + i, kLanes * sizeof(Number));
+  }
+};
+
+/// Takes the returns [begin, end) of those that are measured, which mostly follow each other.
+SMOKE_GROUND_MULTIVERSION
+void takeMeasured(const SensedReturns& sensed, const std::uint32_t* measured, std::size_t begin,
+                  std::size_t end, FloorSurface* surface) {
+  const Copy<float> x{sensed.points.x.data(), surface->x.data()};
+  const Copy<float> y{sensed.points.y.data(), surface->y.data()};
+  const Copy<float> z{sensed.points.z.data(), surface->z.data()};
+  const Copy<float> intensity{sensed.intensity.data(), surface->intensity.data()};
+  const Copy<std::uint16_t> ring{sensed.ring.data(), surface->ring.data()};
+  const std::size_t returns = sensed.points.size();
+  std::size_t n = begin;
+  while (n + kLanes <= end && measured[n] + kLanes <= returns) {
+    const std::uint32_t i = measured[n];
+    x.eight(i, n), y.eight(i, n), z.eight(i, n), intensity.eight(i, n), ring.eight(i, n);
+    n += runOf(measured + n);
+  }
+  for (; n < end; ++n) {
+    const std::uint32_t i = measured[n];
+    x.one(i, n), y.one(i, n), z.one(i, n), intensity.one(i, n), ring.one(i, n);
+  }
+}
+
+/// Points worked on together.
+struct Block {
+  static constexpr std::size_t kMost = 256;
+
+  std::array<float, kMost> x, y, z;
+
+  PointArrays take(const Points& points, const std::uint32_t* which, std::size_t count) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t i = which[k];
+      x[k] = points.x[i];
+      y[k] = points.y[i];
+      z[k] = points.z[i];
+    }
+    return {x.data(), y.data(), z.data(), count};
+  }
+};
+
+/// Of measured points' heights: a range's noise lifts a return by the sine of its grazing angle.
+SMOKE_GROUND_MULTIVERSION
+void tellMeasuredSigma(const FloorModel& floor, const PointArrays& points, float* sigma) {
+  const auto common = static_cast<float>(floor.commonVariance());
+  const auto variance = static_cast<float>(floor.noise * floor.noise);
+  const PointArrays at = points;
+  for (std::size_t n = 0; n < at.size; ++n) {
+    const float height = at.z[n] * at.z[n];
+    const float range = (at.x[n] * at.x[n] + at.y[n] * at.y[n]) + height;
+    sigma[n] = std::sqrt(variance * (height / range) + common);
+  }
 }
 
 /// Adds to sigmas that of the floor's plane.
@@ -92,7 +169,6 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
     limit[c] = std::min(limit[c], room.certainFloor()[c]);
   }
   findMeasured(room);
-  gatherMeasured(room);
   drawOn(room);
   return claim_;
 }
@@ -103,15 +179,20 @@ void FloorCompletion::findMeasured(const Room& room) {
   past_.clear();
   auto& measured = claim_.measured;
   measured.resize(room.low().size());
+  column_.resize(measured.size());
+  planar_.resize(measured.size());
   std::size_t count = 0;
   for (const std::uint32_t i : room.low()) {
-    measured[count] = i;
     const std::size_t c = room.column(i);
-    if (room.planar(i) < surely_floor_[c]) {
+    const float planar = room.planar(i);
+    measured[count] = i;
+    column_[count] = static_cast<std::uint16_t>(c);
+    planar_[count] = planar;
+    if (planar < surely_floor_[c]) {
       ++count;
     } else if (isMeasured(room, i)) {
       ++count;
-      if (room.planar(i) > claim_.limit[c] + Room::kBeyond) past_.push_back(i);
+      if (planar > claim_.limit[c] + Room::kBeyond) past_.push_back(i);
     }
   }
   measured.resize(count);
@@ -125,23 +206,6 @@ void FloorCompletion::findSurelyFloor(const Room& room) {
     const double wall = room.nearestWall(c);
     const double nearest = std::min({claim_.limit[c], room.drops().begin[c], wall});
     surely_floor_[c] = static_cast<float>(kRounding * nearest);
-  }
-}
-
-/// What later steps ask of the measured returns.
-void FloorCompletion::gatherMeasured(const Room& room) {
-  const std::size_t size = claim_.measured.size();
-  for (auto* values : {&measured_.x, &measured_.y, &measured_.z}) values->resize(size);
-  column_.resize(size);
-  planar_.resize(size);
-  const Points& points = room.points();
-  for (std::size_t n = 0; n < size; ++n) {
-    const std::uint32_t i = claim_.measured[n];
-    measured_.x[n] = points.x[i];
-    measured_.y[n] = points.y[i];
-    measured_.z[n] = points.z[i];
-    column_[n] = static_cast<std::uint16_t>(room.column(i));
-    planar_[n] = room.planar(i);
   }
 }
 
@@ -168,16 +232,13 @@ void FloorCompletion::drawOn(const Room& room) {
   }
 }
 
-const DrawnFloor& FloorCompletion::draw(Room* room, const SensorModel& sensor,
-                                        const Mounting& mounting) {
+/// Claimed floor where none was measured.
+void FloorCompletion::draw(Room* room, const SensorModel& sensor, const Mounting& mounting) {
   drawn_.size = 0;
-  measured_cells_.clear(room->params().cell_size);
-  measured_cells_.insert(measured_.x.data(), measured_.y.data(), measured_.size());
   drawBeams(*room, sensor, mounting);
   drawn_.beams = drawn_.size;
   drawFill(*room);
   raise(&room->relief());
-  return drawn_;
 }
 
 /// From the plane to the floor.
@@ -355,54 +416,46 @@ void FloorCompletion::keep(std::size_t size, std::uint16_t ring) {
     drawn_.points.y[at] = from.y[k];
     drawn_.points.z[at] = from.z[k];
     drawn_.column[at] = static_cast<std::uint16_t>(from.column[k]);
-    drawn_.planar[at] = from.planar[k];
+    drawn_.planar[at] = static_cast<float>(from.planar[k]);
     drawn_.ring[at] = ring;
   }
   drawn_.size += kept;
 }
 
-void FloorCompletion::merge(const SensedReturns& sensed, Room* room, const SensorModel& sensor,
-                            const Mounting& mounting, const FloorModel& floor,
-                            FloorSurface* surface) {
+void FloorCompletion::complete(const SensedReturns& sensed, Room* room, const SensorModel& sensor,
+                               const Mounting& mounting, const FloorModel& floor,
+                               FloorSurface* surface) {
+  confidence_.look(*room, claim_.limit);
+  surface->resize(std::max(surface->size(), claim_.measured.size()));
+  placeMeasured(sensed, *room, floor, surface);
+  draw(room, sensor, mounting);
   surface->resize(claim_.measured.size() + drawn_.size);
-  confidence_.look(*room, claim_.limit, claim_.measured);
-  placeMeasured(sensed, floor, surface);
   placeDrawn(room, sensor, mounting, floor, surface);
   outline(*room, mounting, &surface->boundary);
   surface->floor_plane = rotatedPlane(floor.plane, transposed(mounting.rotation));
 }
 
-/// In input order.
-void FloorCompletion::placeMeasured(const SensedReturns& sensed, const FloorModel& floor,
-                                    FloorSurface* surface) {
+/// In input order. Marks their cells.
+void FloorCompletion::placeMeasured(const SensedReturns& sensed, const Room& room,
+                                    const FloorModel& floor, FloorSurface* surface) {
   const std::size_t size = claim_.measured.size();
-  const std::uint32_t* const measured = claim_.measured.data();
-  const Points& points = sensed.points;
-  for (std::size_t n = 0; n < size; ++n) {
-    const std::uint32_t i = measured[n];
-    surface->x[n] = points.x[i];
-    surface->y[n] = points.y[i];
-    surface->z[n] = points.z[i];
-    surface->intensity[n] = sensed.intensity[i];
-    surface->ring[n] = sensed.ring[i];
+  const bool is_upright = &sensed.points == &room.points();
+  measured_cells_.clear(room.params().cell_size);
+  Block block;
+  for (std::size_t begin = 0; begin < size; begin += Block::kMost) {
+    const std::size_t count = std::min(Block::kMost, size - begin);
+    const std::uint32_t* const measured = claim_.measured.data();
+    takeMeasured(sensed, measured, begin, begin + count, surface);
+    const PointArrays at = is_upright
+                               ? PointArrays{surface->x.data() + begin, surface->y.data() + begin,
+                                             surface->z.data() + begin, count}
+                               : block.take(room.points(), measured + begin, count);
+    measured_cells_.insert(at.x, at.y, count);
+    tellMeasuredSigma(floor, at, surface->sigma.data() + begin);
+    confidence_.measured(column_.data() + begin, planar_.data() + begin, count,
+                         surface->confidence.data() + begin);
   }
   std::fill_n(surface->provenance.begin(), size, Provenance::kMeasured);
-  tellMeasuredSigma(floor, surface->sigma.data());
-  confidence_.measured(column_.data(), planar_.data(), size, surface->confidence.data());
-}
-
-/// A range's noise lifts a return by the sine of its grazing angle.
-SMOKE_GROUND_MULTIVERSION
-void FloorCompletion::tellMeasuredSigma(const FloorModel& floor, float* sigma) const {
-  const double common = floor.commonVariance();
-  for (std::size_t n = 0; n < measured_.size(); ++n) {
-    const double x = measured_.x[n];
-    const double y = measured_.y[n];
-    const double z = measured_.z[n];
-    const double sine = std::fabs(z) / std::sqrt((x * x + y * y) + z * z);
-    const double lift = floor.noise * sine;
-    sigma[n] = static_cast<float>(std::sqrt(lift * lift + common));
-  }
 }
 
 /// After the measured ones.

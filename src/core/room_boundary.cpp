@@ -62,9 +62,8 @@ void RoomBoundary::reconstruct(const ScanView& scan, const SensorModel& sensor,
   Room& room = findFloor(mounting, &result->floor);
   room.findWalls(directions_);
   const FloorClaim& claim = completion_.claim(room);
-  completion_.draw(&room, sensor, mounting);
   const SensedReturns sensed{mounting.isLevel() ? level_ : sensed_, intensity_, ring_};
-  completion_.merge(sensed, &room, sensor, mounting, result->floor, &result->surface);
+  completion_.complete(sensed, &room, sensor, mounting, result->floor, &result->surface);
   result->labels.resize(scan.size);
   label(room, claim, &result->labels);
   result->profile = room.profile();

@@ -33,7 +33,7 @@ def room_of(kind=SEEN, drop_at=None, posts_at=None):
             column=np.arange(count),
             distance=np.full(count, posts_at or 0.0),
         ),
-        farthest=lambda which: np.full(COLUMNS, 1.0),
+        own_floor=np.full(COLUMNS, 1.0),
     )
 
 
@@ -51,6 +51,13 @@ def test_the_rim_is_told_by_hinges():
     assert found["rim_500"] == pytest.approx(0.9)
     assert found["beyond"] == 2.0  # 2.95 m, capped
     assert found["no_post"] == 1.0 and found["no_post_rim_100"] == pytest.approx(0.5)
+
+
+def test_floor_measured_two_columns_beside_counts():
+    room = room_of()
+    room.own_floor[[3, 898]] = 3.0, 2.75
+    beyond = [features_at(3.5, room, column)["beyond"] for column in (0, 1, 4, 6, 897, 895)]
+    assert beyond == [0.75, 0.5, 0.5, 2.0, 0.75, 2.0]
 
 
 def test_a_point_behind_the_posts_of_a_bridge():

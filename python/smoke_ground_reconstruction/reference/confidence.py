@@ -20,6 +20,7 @@ _FAR = 8.0  # [m]
 _FARTHEST_BEYOND = 2.0  # beyond the farthest measured floor of the column [m]
 _POST_HALF = 0.03  # posts tell where a wall is to about so much [m]
 _POSTS_OFF = 0.2  # [m]
+_SEEN_COLUMNS = 2  # to either side whose floor counts
 _POST_COLUMNS = 2  # to either side whose posts count
 _POST_RETURNS = 6
 
@@ -124,7 +125,8 @@ class _Columns:
         self.wall = 1.0 - self.inferred - self.limit
         self.post = self.wall * (room.profile.line < 0)
         self.end = np.minimum(claim.limit, room.drops.begin)
-        self.seen = room.farthest(claim.measured)
+        beside = range(-_SEEN_COLUMNS, _SEEN_COLUMNS + 1)
+        self.seen = np.max([np.roll(room.own_floor, shift) for shift in beside], axis=0)
         self.bridge = np.minimum(_run_lengths(self.inferred > 0.0), _LONG_BRIDGE) / _LONG_BRIDGE
         posts = _post_distance(room.posts, room.columns)
         self.has_post = np.isfinite(posts)

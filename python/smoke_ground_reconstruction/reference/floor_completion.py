@@ -5,7 +5,7 @@ and what lies between them is filled.
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class DrawnFloor:
         [m], on plane and relief.
     column : (M,) int64
     planar : (M,) float64
-        [m]
+        To single precision [m].
     ring : (M,) int64
         Of the beam that a point lies on; -1 of fill.
     """
@@ -111,6 +111,7 @@ def draw_floor(room, claim, directions, bins, sensor, mounting):
     cell = room.params.cell_size
     claimed &= ~np.isin(cell_keys(drawn.xyz, cell), cell_keys(room.xyz[claim.measured], cell))
     drawn = DrawnFloor(*(values[claimed] for values in vars(drawn).values()))
+    drawn = replace(drawn, planar=drawn.planar.astype(np.float32).astype(np.float64))
     raised = drawn.xyz[:, 2] + room.relief.at(drawn.xyz[:, :2])
     drawn.xyz[:, 2] = raised.astype(np.float32)
     return drawn
