@@ -9,11 +9,13 @@ namespace smoke_ground_reconstruction {
 /// Square grid of cells around the sensor, 512 to each side; gives each cell a number.
 class CellGrid {
  public:
-  static constexpr std::size_t kCells = std::size_t{1024} * 1024;
+  static constexpr std::size_t kAcross = 1024;
+  static constexpr std::size_t kCells = kAcross * kAcross;
   static constexpr std::uint32_t kOutside = kCells;
 
   /// \param size  edge of a cell [m].
   explicit CellGrid(double size) : size_(size) {}
+  double size() const { return size_; }
   /// The cell of a place; kOutside beyond the grid.
   std::uint32_t cellOf(double x, double y) const;
   /// The same of `size` places.
@@ -26,18 +28,22 @@ class CellGrid {
 /// Some cells of a grid of square cells.
 class CellSet {
  public:
+  /// Stands for a cell that always is among them.
+  static constexpr std::uint32_t kAlways = CellGrid::kOutside + 1;
+
   CellSet();
   /// \param size  edge of a cell [m].
   void clear(double size);
   /// The cells of `size` places.
   void insert(const float* x, const float* y, std::size_t size);
-  /// \param cell  as grid() numbers them.
-  bool contains(std::uint32_t cell) const { return (bits_[cell / 64] >> (cell % 64) & 1U) != 0; }
+  /// \param cell  as grid() numbers them; kOutside never is.
+  bool contains(std::uint32_t cell) const { return is_in_[cell] != 0; }
   const CellGrid& grid() const { return grid_; }
 
  private:
   CellGrid grid_;
-  std::vector<std::uint64_t> bits_;  // the last one of all that is outside, never set
+  std::vector<std::uint8_t> is_in_;  // by cell
+  std::uint32_t lowest_, highest_;   // of the cells
   std::vector<std::uint32_t> cells_;
 };
 

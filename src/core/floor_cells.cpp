@@ -1,9 +1,9 @@
 #include "smoke_ground_reconstruction/floor_cells.hpp"
 
 #include <algorithm>
-#include <array>
+#include <cstring>
 
-#include "cell_numbers.hpp"
+#include "cell_guess.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 
@@ -11,22 +11,37 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-constexpr int kAcross = 1024;
+constexpr auto kAcross = static_cast<int>(CellGrid::kAcross);
 constexpr double kLevelCell = 0.2;  // [m]
 constexpr std::uint16_t kLevelPoints = 3, kFloorPoints = 2;
 constexpr std::uint16_t kMostPoints = 60000;
 
-/// Cells by their columns and rows from the middle of the grid.
+/// The cells of places, eight at a time, those that single precision does not tell by `grid`.
 SMOKE_GROUND_MULTIVERSION
-void joinNumbers(const std::int32_t* columns, const std::int32_t* rows, std::size_t size,
-                 std::uint32_t* cells) {
-  constexpr std::uint32_t kWidth = kAcross;
-  for (std::size_t i = 0; i < size; ++i) {
-    const auto column = static_cast<std::uint32_t>(columns[i]) + kWidth / 2;
-    const auto row = static_cast<std::uint32_t>(rows[i]) + kWidth / 2;
-    const bool is_inside = (column < kWidth) & (row < kWidth);
-    cells[i] = is_inside ? column * kWidth + row : CellGrid::kOutside;
+void cellsOfEights(const CellGrid& grid, const float* x, const float* y, std::size_t eights,
+                   std::uint32_t* cells) {
+  const CellGuess guess(grid);
+  const Floats doubt = CellGuess::kDoubt + Floats{};
+  for (std::size_t i = 0; i < eights * kLanes; i += kLanes) {
+    const Ints guessed = guess.at(loadLanes(x + i), loadLanes(y + i), doubt);
+    std::memcpy(cells + i, &guessed, sizeof(guessed));
+    if (isNone(guessed == CellGuess::kUnsure)) continue;
+    for (std::size_t k = i; k < i + kLanes; ++k) cells[k] = grid.cellOf(x[k], y[k]);
   }
+}
+
+struct Ends {
+  std::uint32_t lowest, highest;
+};
+
+SMOKE_GROUND_MULTIVERSION
+Ends endsOf(const std::uint32_t* cells, std::size_t size) {
+  std::uint32_t lowest = CellGrid::kOutside, highest = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    lowest = cells[i] < lowest ? cells[i] : lowest;
+    highest = cells[i] > highest ? cells[i] : highest;
+  }
+  return {lowest, highest};
 }
 
 }  // namespace
@@ -43,28 +58,30 @@ std::uint32_t CellGrid::cellOf(double x, double y) const {
 
 void CellGrid::cellsOf(const float* x, const float* y, std::size_t size,
                        std::uint32_t* cells) const {
-  constexpr std::size_t kBlock = 256;
-  std::array<std::int32_t, kBlock> columns, rows;
-  for (std::size_t begin = 0; begin < size; begin += kBlock) {
-    const std::size_t count = std::min(kBlock, size - begin);
-    cellNumbers(x + begin, count, size_, columns.data());
-    cellNumbers(y + begin, count, size_, rows.data());
-    joinNumbers(columns.data(), rows.data(), count, cells + begin);
-  }
+  const std::size_t eights = size / kLanes;
+  cellsOfEights(*this, x, y, eights, cells);
+  for (std::size_t i = eights * kLanes; i < size; ++i) cells[i] = cellOf(x[i], y[i]);
 }
 
-CellSet::CellSet() : grid_(1.0), bits_(CellGrid::kCells / 64 + 1, 0) {}
+CellSet::CellSet() : grid_(1.0), is_in_(kAlways + 1, 0), lowest_(kAlways), highest_(0) {
+  is_in_[kAlways] = 1;
+}
 
 void CellSet::clear(double size) {
   grid_ = CellGrid(size);
-  std::fill(bits_.begin(), bits_.end(), 0);
+  if (lowest_ <= highest_) std::fill(is_in_.begin() + lowest_, is_in_.begin() + highest_ + 1, 0);
+  lowest_ = kAlways;
+  highest_ = 0;
 }
 
 void CellSet::insert(const float* x, const float* y, std::size_t size) {
   cells_.resize(size);
   grid_.cellsOf(x, y, size, cells_.data());
-  for (const std::uint32_t cell : cells_) bits_[cell / 64] |= std::uint64_t{1} << (cell % 64);
-  bits_[CellGrid::kOutside / 64] = 0;
+  for (const std::uint32_t cell : cells_) is_in_[cell] = 1;
+  is_in_[CellGrid::kOutside] = 0;
+  const Ends ends = endsOf(cells_.data(), size);
+  lowest_ = std::min(lowest_, ends.lowest);
+  highest_ = std::max(highest_, std::min<std::uint32_t>(ends.highest, CellGrid::kOutside - 1));
 }
 
 LevelCells::LevelCells() : grid_(kLevelCell), counts_(CellGrid::kCells, Counts()) {}
