@@ -44,6 +44,11 @@ struct WallRamp {
   double top = 0.0;
 };
 
+/// A return's place, and its height over the plane [m].
+struct ReliefPlace {
+  double x, y, height;
+};
+
 /// Low returns by cells of a square grid with the sensor in its middle.
 class ReliefGrid {
  public:
@@ -124,6 +129,14 @@ class FloorRelief {
   /// ramp deny it.
   bool addRamp(const WallRamp& ramp);
 
+  /// Does the floor slope in one way only?
+  bool hasOneSlope() const;
+  /// Fits the only slope to all that lies on it, if that is enough.
+  /// \param floor, feet  low returns off the walls, and the lowest ones of walls.
+  /// \param normals  of the walls: a slope nearly along one, or across it, is taken to be so.
+  void fitRamp(const std::vector<ReliefPlace>& floor, const std::vector<ReliefPlace>& feet,
+               const std::vector<std::array<double, 2>>& normals);
+
   /// Is the floor its plane and nothing else?
   bool isFlat() const { return facets_.size() == 1 && !has_heights_; }
   /// Height of the floor over the plane at a place [m]: the facet of the nearest measured cell
@@ -149,6 +162,16 @@ class FloorRelief {
   using Indices = std::vector<std::uint32_t>;
   struct Line {
     double nx, ny, rho;
+  };
+
+  /// A slope that rises along x, y between two heights.
+  struct RampFit {
+    ReliefFacet facet;
+    double slope, x, y, lowest, highest;
+  };
+  /// What lies on it: place along the slope, height, weight.
+  struct OnRamp {
+    double place, height, weight;
   };
 
   void setFlat();
@@ -181,6 +204,13 @@ class FloorRelief {
   double beneath(int facet, double highest, std::size_t* count) const;
   double highestOf(int facet) const;
 
+  int slope() const;
+  void findEnds(int number, RampFit* fit) const;
+  void addOnRamp(const RampFit& fit, const std::vector<ReliefPlace>& places, double below,
+                 double over);
+  void refit(double rise, RampFit* fit) const;
+  void moveCreases(int number, const RampFit& fit);
+
   double heightAt(std::int32_t cell, double x, double y) const;
   NearestCells::Found nearest(double x, double y);
   double sigmaPerMetre(double flatness) const;
@@ -201,6 +231,7 @@ class FloorRelief {
   std::vector<std::array<double, 2>> sums_;         // of places, by cell
   std::vector<double> riser_x_, riser_y_, sorted_;  // the former by cell of a riser
   std::vector<int> slots_, votes_;
+  std::vector<OnRamp> on_ramp_;
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -165,6 +165,8 @@ class Room {
   bool isFoot(std::size_t i) const;
   void addRisers();
   bool findRamp();
+  void takeFeetOfWalls();
+  void fitRamp();
   void fillLevelCells() const;
   const std::vector<double>& levelFloor();
   void findSeenCeiling();
@@ -222,6 +224,7 @@ class Room {
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_,
       rising_;
   std::vector<std::array<double, 2>> wall_normals_;
+  std::vector<ReliefPlace> on_floor_, wall_places_;  // that may tell how a ramp rises
   std::vector<std::uint32_t> slope_counts_;
   LineWindows windows_;              // of returns at walls
   std::vector<float> nearest_foot_;  // of each column: where the first may begin [m]

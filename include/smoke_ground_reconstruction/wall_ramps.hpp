@@ -22,6 +22,8 @@ class WallRampFinder {
   void add(std::size_t line, double along, double height);
   /// The longest ramp along a wall, if one is seen. Called once after the returns were added.
   std::optional<WallRamp> find(const Lines& lines, double max_slope);
+  /// The lowest returns of all walls, one wall after the other.
+  void listFeet(const Lines& lines, std::vector<ReliefPlace>* feet);
 
  private:
   /// The lowest return of a bin.

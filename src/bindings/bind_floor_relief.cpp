@@ -1,3 +1,5 @@
+#include <pybind11/stl.h>
+
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "smoke_ground_reconstruction/floor_relief.hpp"
@@ -44,6 +46,18 @@ py::array_t<T> atPlaces(const py::array& xy, const Function& function) {
   return toArray<T>(std::move(values));
 }
 
+/// From places and heights float64 (N, 3).
+std::vector<ReliefPlace> toPlaces(const py::array& places, const char* name) {
+  requireArray<double>(places, name, "(N, 3)", 2);
+  if (places.shape(1) != 3) throw py::value_error(std::string(name) + " must be (N, 3)");
+  const auto values = py::array_t<double>(places).unchecked<2>();
+  std::vector<ReliefPlace> found;
+  for (py::ssize_t i = 0; i < values.shape(0); ++i) {
+    found.push_back({values(i, 0), values(i, 1), values(i, 2)});
+  }
+  return found;
+}
+
 }  // namespace
 
 void bindFloorRelief(py::module& m) {
@@ -60,6 +74,14 @@ void bindFloorRelief(py::module& m) {
           },
           py::arg("xy"), py::arg("height"), py::arg("planar"),
           "From places float32 (N, 2), heights over the plane and planar ranges float32 (N,) [m].")
+      .def(
+          "fit_ramp",
+          [](Relief& self, const py::array& floor, const py::array& feet,
+             const std::vector<std::array<double, 2>>& normals) {
+            self.fitRamp(toPlaces(floor, "floor"), toPlaces(feet, "feet"), normals);
+          },
+          py::arg("floor"), py::arg("feet"), py::arg("normals"),
+          "Fits the only slope to places and heights float64 (N, 3) [m].")
       .def("is_flat", &Relief::isFlat)
       .def(
           "at",

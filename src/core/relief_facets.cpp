@@ -40,6 +40,7 @@ constexpr double kBehind = 0.2;          // what lies so far behind a riser lies
 constexpr std::size_t kMostAgainst = 2;
 constexpr double kLower = 0.04;  // returns so far below a facet: the floor is lower there [m]
 constexpr std::size_t kFewestLower = 3;  // returns
+constexpr double kBeside = 1.0;          // the lowest of them counts if the next lies so near [m]
 
 /// Slots of the distances that lines of a normal through places have, that of 0 being the middle.
 SMOKE_GROUND_MULTIVERSION
@@ -410,9 +411,9 @@ void FloorRelief::lowerSlopes() {
     if (facet.isLevel()) continue;
     const double highest = highestOf(f);
     std::size_t against = 0;
-    const double second = beneath(f, highest, &against);
+    const double lowest = beneath(f, highest, &against);
     if (against < kFewestLower) continue;
-    endLevel(f, std::max(highest, second));
+    endLevel(f, std::max(highest, lowest));
   }
 }
 
@@ -445,12 +446,12 @@ bool FloorRelief::addRamp(const WallRamp& ramp) {
   creases_.push_back({1, 0, -nx, -ny, -rho});
   std::size_t lower = 0, beyond = 0;
   beneath(1, 0.0, &lower);
-  const double second = beneath(1, ramp.top, &beyond);
+  const double lowest = beneath(1, ramp.top, &beyond);
   if (std::max(denying, lower - beyond) >= kFewestLower) {
     setFlat();
     return false;
   }
-  if (beyond >= kFewestLower) endLevel(1, std::max(ramp.top, second));
+  if (beyond >= kFewestLower) endLevel(1, std::max(ramp.top, lowest));
   return true;
 }
 
@@ -462,10 +463,11 @@ double FloorRelief::highestOf(int facet) const {
   return highest;
 }
 
-/// Second lowest of the returns in unmeasured cells that lie beneath a facet drawn on to there, and
-/// how many there are.
+/// Lowest of the returns in unmeasured cells that lie beneath a facet drawn on to there, or the
+/// second lowest if that is far from it, as one alone may be smoke; and how many there are.
 double FloorRelief::beneath(int facet, double highest, std::size_t* count) const {
-  double lowest = std::numeric_limits<double>::infinity(), second = lowest;
+  constexpr float kNone = std::numeric_limits<float>::infinity();
+  ReliefGrid::Return lowest{0.0F, 0.0F, kNone, 0}, second = lowest;
   *count = 0;
   for (std::size_t i = 0; i < grid_.size(); ++i) {
     const auto one = grid_.at(i);
@@ -478,11 +480,16 @@ double FloorRelief::beneath(int facet, double highest, std::size_t* count) const
         });
     if (is_beyond) continue;
     ++*count;
-    const double height = one.height;
-    second = std::min(second, std::max(lowest, height));
-    lowest = std::min(lowest, height);
+    if (one.height < lowest.height) {
+      second = lowest;
+      lowest = one;
+    } else if (one.height < second.height) {
+      second = one;
+    }
   }
-  return second;
+  const double x = static_cast<double>(lowest.x) - static_cast<double>(second.x);
+  const double y = static_cast<double>(lowest.y) - static_cast<double>(second.y);
+  return x * x + y * y < kBeside * kBeside ? lowest.height : second.height;
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -250,7 +250,6 @@ void Room::findWalls(const ColumnDirections& directions) {
                        params_.max_bridge_ratio, spread_, &profile_);
   findOnWalls();
   if (findRamp()) {
-    addCarried();
     findSeen(directions);
   }
   findDrops(directions);
@@ -281,12 +280,24 @@ void Room::addCarried() {
   listKind(flags_, ReturnKind::kLow, &low_);
 }
 
-/// Looks for a ramp along the walls where smoke may hide one.
+/// Looks for a ramp along the walls where smoke may hide one; true if one is found. A ramp, found
+/// or measured, is fitted to all that lies on it.
 bool Room::findRamp() {
+  const bool was_flat = relief_.isFlat();
   const auto& distance = profile_.distance;
-  if (!relief_.isFlat() || std::find(distance.begin(), distance.end(), 0.0) == distance.end()) {
-    return false;
+  if (was_flat && std::find(distance.begin(), distance.end(), 0.0) == distance.end()) return false;
+  if (!was_flat && !relief_.hasOneSlope()) return false;
+  takeFeetOfWalls();
+  if (was_flat) {
+    const std::optional<WallRamp> ramp = ramp_finder_.find(lines_, params_.max_slope);
+    if (!ramp || !relief_.addRamp(*ramp)) return false;
+    addCarried();
   }
+  fitRamp();
+  return was_flat;
+}
+
+void Room::takeFeetOfWalls() {
   ramp_finder_.clear(lines_.size());
   for (const std::uint32_t i : near_) {
     const double over = returns_.height[i];
@@ -296,8 +307,17 @@ bool Room::findRamp() {
     const double along = lines_.nx[line] * points().y[i] - lines_.ny[line] * points().x[i];
     ramp_finder_.add(line, along, over);
   }
-  const std::optional<WallRamp> ramp = ramp_finder_.find(lines_, params_.max_slope);
-  return ramp && relief_.addRamp(*ramp);
+}
+
+void Room::fitRamp() {
+  on_floor_.clear();
+  for (const std::uint32_t i : low_) {
+    if (isAtWall(i) || isSoft(i) || std::fabs(pastWall(i)) < kWallFoot * widening_) continue;
+    on_floor_.push_back({points().x[i], points().y[i], height(i)});
+  }
+  ramp_finder_.listFeet(lines_, &wall_places_);
+  findWallNormals();
+  relief_.fitRamp(on_floor_, wall_places_, wall_normals_);
 }
 
 /// How far floor and ceiling are measured; marks the feet of walls.

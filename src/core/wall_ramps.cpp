@@ -63,6 +63,17 @@ std::optional<WallRamp> WallRampFinder::find(const Lines& lines, double max_slop
   return best;
 }
 
+void WallRampFinder::listFeet(const Lines& lines, std::vector<ReliefPlace>* feet) {
+  feet->clear();
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    takeFeetOf(line);
+    const double nx = lines.nx[line], ny = lines.ny[line], rho = lines.rho[line];
+    for (const Foot& foot : feet_) {
+      feet->push_back({nx * rho - ny * foot.along, ny * rho + nx * foot.along, foot.height});
+    }
+  }
+}
+
 void WallRampFinder::takeFeetOf(std::size_t line) {
   feet_.clear();
   for (std::size_t bin = line * kBins; bin < (line + 1) * kBins; ++bin) {

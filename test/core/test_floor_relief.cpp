@@ -73,6 +73,42 @@ TEST(FloorRelief, DrawsARampOnUntilAWallIsSeenBeneathIt) {
   EXPECT_FALSE(relief.carries(1.8, 0.0, 0.2));
 }
 
+TEST(FloorRelief, FitsARampToScatteredReturnsAlongAWall) {
+  Returns returns;
+  addFloor(&returns, -3.0, 0.9, level);
+  FloorRelief relief;
+  find(&returns, &relief);
+  ASSERT_TRUE(relief.addRamp({{0.14, 0.007, -0.15}, 0.3}));  // 1:7, 3 deg askew
+  ASSERT_TRUE(relief.hasOneSlope());
+  std::vector<ReliefPlace> floor;
+  for (int k = 0; k < 11; ++k) floor.push_back({1.1 + 0.14 * k, 0.5, ramp(1.1 + 0.14 * k)});
+  relief.fitRamp(floor, {}, {{0.0, 1.0}});
+  EXPECT_DOUBLE_EQ(relief.facets()[1].a, 0.14);  // so few tell nothing
+  for (int k = 0; k < 200; ++k) floor.push_back({1.1 + 0.007 * k, 0.2, ramp(1.1 + 0.007 * k)});
+  relief.fitRamp(floor, {}, {{0.0, 1.0}});
+  EXPECT_NEAR(relief.facets()[1].a, 0.125, 1e-4);
+  EXPECT_EQ(relief.facets()[1].b, 0.0);
+  EXPECT_NEAR(relief.creases()[0].rho, 1.0, 1e-3);
+  EXPECT_NEAR(relief.at(3.0, 0.0), 0.25, 1e-3);
+}
+
+TEST(FloorRelief, LaysARampAtTheLowestFeetOfWalls) {
+  Returns returns;
+  addFloor(&returns, -3.0, 0.9, level);
+  FloorRelief relief;
+  find(&returns, &relief);
+  ASSERT_TRUE(relief.addRamp({{0.125, 0.0, -0.12}, 0.3}));
+  std::vector<ReliefPlace> feet;
+  for (int k = 0; k < 40; ++k) {
+    const double x = 1.2 + 0.04 * k;
+    feet.push_back({x, 2.0, ramp(x)});
+    feet.push_back({x, 2.0, ramp(x) + 0.02});
+  }
+  relief.fitRamp({}, feet, {});
+  // What lies over it counts a twentieth of what lies below: 20 mm / 21.
+  EXPECT_NEAR(relief.facets()[1].at(2.0, 0.0), 0.125 + 0.02 / 21.0, 1e-4);
+}
+
 TEST(FloorRelief, TakesAPlatformsHeightFromItsRiser) {
   Returns returns;
   addFloor(&returns, -2.0, 2.03, level);

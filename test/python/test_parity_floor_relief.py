@@ -55,6 +55,26 @@ def test_seeded_floors(core, seed):
     assert (relief.step is not None) == (seed % 4 in (1, 2))
 
 
+@pytest.mark.parametrize("seed", [0, 4, 8, 12])
+def test_ramps_fitted_to_scattered_returns(core, seed):
+    xy, height = seeded_floor(seed)
+    planar = np.sqrt((xy.astype(np.float64) ** 2).sum(axis=1)).astype(np.float32)
+    expected = find_relief(*(values.astype(np.float64) for values in (xy, height, planar)))
+    actual = core.FloorRelief()
+    actual.find(xy, height, planar)
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(-6.0, 6.0, (300, 2))
+    feet = np.column_stack([places, expected.at(places) + rng.uniform(-0.01, 0.02, 300)])
+    floor = np.column_stack([xy, height]).astype(np.float64)[::50]
+    normals = np.array([[0.0, 1.0], [1.0, 0.0]])
+    before = expected.facets
+    expected = expected.with_ramp_fitted(floor, feet, normals, 1.0 / 6.0)
+    assert not np.array_equal(expected.facets, before)
+    actual.fit_ramp(floor, feet, normals)
+    at = rng.uniform(-16.0, 16.0, (3000, 2))
+    np.testing.assert_array_equal(actual.at(at), expected.at(at))
+
+
 @pytest.mark.parametrize("count", [0, 1, 3, 200])
 def test_few_returns(core, count):
     xy, height = seeded_floor(0)

@@ -20,13 +20,19 @@ from smoke_ground_reconstruction.reference.posts import (
     spread_of_walls,
     widening_for,
 )
+from smoke_ground_reconstruction.reference.ramp_fit import fit_ramp
+from smoke_ground_reconstruction.reference.relief_facets import Crease
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel
 from smoke_ground_reconstruction.reference.wall_feet import WallFeet
 from smoke_ground_reconstruction.reference.wall_lines import Support, View
 from smoke_ground_reconstruction.reference.wall_profile import column_profile
-from smoke_ground_reconstruction.reference.wall_ramps import WallRamp, find_wall_ramp
+from smoke_ground_reconstruction.reference.wall_ramps import (
+    WallRamp,
+    find_wall_ramp,
+    places_of_feet,
+)
 
 COLUMNS = 900
 SEEN, INFERRED, LIMIT = 0, 1, 2
@@ -845,6 +851,63 @@ def test_a_ramp_that_walls_show_needs_a_floor_that_does_not_deny_it():
     assert relief_with(column, np.full(3, 0.1)).is_flat()
     far = np.array([[6.0, 0.5], [6.0, 0.7], [6.0, 0.9]])  # a wall, 0.625 m up if it went on
     np.testing.assert_allclose(relief_with(far, np.full(3, 0.4)).at(at)[-1], 0.4)
+
+
+ALONG_X = np.array([[0.0, 1.0]])  # the normal of a wall
+PLANE_AND_RAMP = np.array([[0.0, 0.0, 0.0], [0.14, 0.007, -0.15]])  # 1:7, 3 deg askew
+NOTHING = np.zeros((0, 3))
+
+
+def ramp_at(x, y=0.0):
+    """Places and heights of a ramp of 1:8 from x = 1."""
+    return np.column_stack([x, np.full(len(x), y), (x - 1.0) / 8.0])
+
+
+def fitted(floor, feet=NOTHING):
+    return fit_ramp(PLANE_AND_RAMP, (Crease(0, 1, 1.0, 0.0, 1.1),), floor, feet, ALONG_X, 1 / 6.0)
+
+
+def test_a_ramp_rises_as_the_scattered_returns_on_it_do_along_the_walls():
+    facets, (crease,) = fitted(ramp_at(np.linspace(1.1, 2.5, 200)))
+    np.testing.assert_allclose(facets, [[0.0, 0.0, 0.0], [0.125, 0.0, -0.125]], atol=1e-4)
+    np.testing.assert_allclose([crease.nx, crease.ny, crease.rho], [1.0, 0.0, 1.0], atol=1e-3)
+
+
+def test_a_ramp_stays_as_it_was_where_little_lies_on_it():
+    floor = ramp_at(np.linspace(1.1, 2.5, 12))
+    assert fitted(floor)[0] is not PLANE_AND_RAMP
+    assert fitted(floor[1:])[0] is PLANE_AND_RAMP
+    assert fitted(floor + [0.0, 0.0, 0.1])[0] is PLANE_AND_RAMP
+    flat = np.zeros((1, 3))
+    assert fit_ramp(flat, (), floor, NOTHING, ALONG_X, 1 / 6.0)[0] is flat
+
+
+def test_a_ramp_lies_at_the_lowest_feet_of_walls():
+    feet = np.vstack([ramp_at(np.linspace(1.2, 2.8, 40)) + [0.0, 0.0, up] for up in (0.0, 0.02)])
+    facets, _ = fitted(NOTHING, feet)
+    # What lies over it counts a twentieth of what lies below: 20 mm / 21.
+    height = facets[1][0] * 2.0 + facets[1][2]
+    assert height == pytest.approx(0.125 + 0.02 / 21.0, abs=2e-4)
+
+
+def test_feet_of_walls_are_placed_on_their_lines():
+    along, height = np.array([-1.0, -1.02, -2.0]), np.array([0.3, 0.2, 0.4])
+    line, normals = np.zeros(3, int), np.array([[0.0, 1.0]])
+    places = places_of_feet(line, along, height, normals, np.array([3.0]))
+    # -1.0 and -1.02 may share a bin of 0.1 m: [-1.1, -1.0) and [-1.0, -0.9).
+    np.testing.assert_allclose(places, [[2.0, 3.0, 0.4], [1.02, 3.0, 0.2], [1.0, 3.0, 0.3]])
+
+
+def test_one_return_beneath_a_ramp_far_from_the_others_does_not_end_it():
+    floor = grid_of(-3.0, 2.0, -1.0, 1.0)
+    height = np.clip((floor[:, 0] - 1.0) / 8.0, 0.0, None)
+
+    def end_with(y):  # of a wall at x = 5 that is seen down to 0.3 and, at one place, 0.2 m
+        wall = np.array([[5.02, 0.1, 0.3], [5.02, 0.3, 0.3], [5.02, y, 0.2]])
+        relief = relief_of(np.vstack([floor, wall[:, :2]]), np.r_[height, wall[:, 2]])
+        return relief.at(np.array([[4.9, 0.0]]))[0]
+
+    assert end_with(0.9) == pytest.approx(0.2) and end_with(1.2) == pytest.approx(0.3)
 
 
 def riser_at(x, half_width, top):

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..params import RoomBoundaryParams
+from .ramp_fit import fit_ramp
 from .relief_facets import (
     FEWEST_LOWER,
     ON_PLANE,
@@ -103,6 +104,11 @@ class FloorRelief:
         facets, creases, beneath = with_slope(grid, ramp, floor)
         if max(denying, beneath) >= FEWEST_LOWER:
             return self
+        return replace(self, facets=facets, creases=creases)
+
+    def with_ramp_fitted(self, floor, feet, normals, max_slope):
+        """The relief with its only slope fitted anew, as by `ramp_fit.fit_ramp`."""
+        facets, creases = fit_ramp(self.facets, self.creases, floor, feet, normals, max_slope)
         return replace(self, facets=facets, creases=creases)
 
     def sigma(self, xy, flatness=FLATNESS):

@@ -38,6 +38,7 @@ _BEHIND = 0.2  # floor cells so far behind a riser lie on its platform [m]
 _MOST_AGAINST = 2  # cells behind a riser that lie lower than its top
 LOWER = 0.04  # returns so far below a facet show that the floor is lower there [m]
 FEWEST_LOWER = 3  # returns
+_BESIDE = 1.0  # the lowest of them counts if the next one lies so near [m]
 
 
 @dataclass(frozen=True)
@@ -289,7 +290,7 @@ def lowered(grid, facets, of, floor, creases):
         highest = float(grid.mean_height[on].max())
         against = _returns_beneath(grid, number, facets[number], highest, floor, creases)
         if len(against) >= FEWEST_LOWER:
-            _end_level(number, facets, creases, highest, against)
+            _end_level(number, facets, creases, highest, _lowest(grid, against))
     return np.array(facets), creases
 
 
@@ -306,25 +307,33 @@ def with_slope(grid, ramp, floor):
     beneath = _returns_beneath(grid, 1, facets[1], 0.0, floor, creases)
     beyond = _returns_beneath(grid, 1, facets[1], ramp.top, floor, creases)
     if len(beyond) >= FEWEST_LOWER:
-        _end_level(1, facets, creases, ramp.top, beyond)
+        _end_level(1, facets, creases, ramp.top, _lowest(grid, beyond))
     return np.array(facets), tuple(creases), len(beneath) - len(beyond)
 
 
-def _end_level(number, facets, creases, highest, against):
+def _lowest(grid, returns):
+    """Height of the lowest of some returns; of the second lowest if that is far from it: one alone
+    may be smoke."""
+    first, second = returns[np.argsort(grid.height[returns], kind="stable")[:2]]
+    x, y = grid.x[first] - grid.x[second], grid.y[first] - grid.y[second]
+    return float(grid.height[first if x * x + y * y < _BESIDE * _BESIDE else second])
+
+
+def _end_level(number, facets, creases, highest, lowest):
     """Lets a slope end level, at its highest cells or where returns lie beneath it."""
     a, b, c = facets[number]
-    level = max(highest, float(np.sort(against)[1]))
+    level = max(highest, lowest)
     length = math.sqrt(a * a + b * b)
     creases.append(Crease(number, len(facets), a / length, b / length, (level - c) / length))
     facets.append([0.0, 0.0, level])
 
 
 def _returns_beneath(grid, number, plane, highest, floor, creases):
-    """Heights of returns in unmeasured cells that lie beneath a facet drawn on to there."""
+    """Returns in unmeasured cells that lie beneath a facet drawn on to there."""
     a, b, c = plane
     model = (a * grid.x + b * grid.y) + c
     beneath = (grid.height < model - LOWER) & (model > highest) & ~floor[grid.cell]
     for crease in creases:
         if crease.of == number:
             beneath &= crease.side(grid.x, grid.y) <= 0.0
-    return grid.height[beneath]
+    return np.flatnonzero(beneath)

@@ -15,7 +15,7 @@ from .sample import sample
 from .scan import rotated
 from .wall_lines import Returns, View, find_lines, line_support
 from .wall_profile import column_profile
-from .wall_ramps import find_wall_ramp
+from .wall_ramps import find_wall_ramp, places_of_feet
 
 BEYOND = 0.15  # floor measured this far behind the boundary lies behind an opening [m]
 _ON_FLOOR, _ON_FLOOR_MOST = 0.03, 0.06  # a return so near to the plane may be floor [m]
@@ -181,19 +181,38 @@ class Room:
         self.seen_floor, self.own_floor = self.farthest(floor), self.farthest(floor, beside=0)
 
     def _find_ramp(self):
-        """Looks for a ramp along the walls where smoke may hide one."""
-        if not self.relief.is_flat() or np.all(self.profile.distance > 0.0):
+        """Looks for a ramp along the walls where smoke may hide one; True if one is found.
+
+        A ramp, found or measured, is fitted to all that lies on it.
+        """
+        was_flat = self.relief.is_flat()
+        if was_flat and np.all(self.profile.distance > 0.0):
             return False
+        feet = self._feet_of_walls()
+        normals = np.column_stack([self.lines.nx, self.lines.ny])
+        if was_flat:
+            ramp = find_wall_ramp(*feet, normals, self.params.max_slope)
+            if ramp is None:
+                return False
+            self.relief = self.relief.with_ramp(ramp, *self._hard())
+            self._take_carried()
+        off_walls = ~(np.abs(self.past_wall()) < _WALL_FOOT * self.widening) & ~self.at_wall
+        floor = self.is_low & off_walls & ~self.is_soft
+        self.relief = self.relief.with_ramp_fitted(
+            np.column_stack([self.xyz[floor, :2], self.height[floor]]),
+            places_of_feet(*feet, normals, self.lines.rho),
+            self._wall_normals(),
+            self.params.max_slope,
+        )
+        return was_flat and not self.relief.is_flat()
+
+    def _feet_of_walls(self):
+        """Line, place along it and height of low returns on the boundary's walls."""
         low = ~self.is_soft & (self.height > LOWEST) & (self.height < HIGHEST)
         at = np.flatnonzero(low & (np.abs(self.past_wall()) < _WALL_FOOT * self.widening))
         line = self.profile.line[self.column[at]]
-        normals = np.column_stack([self.lines.nx, self.lines.ny])
-        along = normals[line, 0] * self.xyz[at, 1] - normals[line, 1] * self.xyz[at, 0]
-        ramp = find_wall_ramp(line, along, self.height[at], normals, self.params.max_slope)
-        if ramp is not None:
-            self.relief = self.relief.with_ramp(ramp, *self._hard())
-            self._take_carried()
-        return not self.relief.is_flat()
+        along = self.lines.nx[line] * self.xyz[at, 1] - self.lines.ny[line] * self.xyz[at, 0]
+        return line, along, self.height[at]
 
     def _rises(self):
         """Where the relief lies clear of the plane."""

@@ -49,10 +49,7 @@ def find_wall_ramp(line, along, height, normals, max_slope):
     max_slope : float
     """
     best, longest = None, 0.0
-    near = np.abs(along) < _FARTHEST
-    line, along, height = line[near], along[near], height[near]
-    for number in np.unique(line):
-        feet = _feet(along[line == number], height[line == number])
+    for number, feet in _feet_by_wall(line, along, height):
         hull = _lower_hull(feet)
         for ends in zip(hull[:-1], hull[1:]):
             (x, h), (to_x, to_h) = ends
@@ -63,6 +60,26 @@ def find_wall_ramp(line, along, height, normals, max_slope):
                     longest = to_x - x
                     best = WallRamp(_facet(ends, slope, over, normals[number]), max(h, to_h))
     return best
+
+
+def places_of_feet(line, along, height, normals, rho):
+    """Places and heights (M, 3) of the feet of walls, one after the other.
+
+    The arguments are those of `find_wall_ramp`, and the walls' distances rho (lines,) [m].
+    """
+    places = [np.zeros((0, 3))]
+    for number, feet in _feet_by_wall(line, along, height):
+        (nx, ny), (place, low) = normals[number], feet.T
+        x, y = nx * rho[number] - ny * place, ny * rho[number] + nx * place
+        places.append(np.column_stack([x, y, low]))
+    return np.concatenate(places)
+
+
+def _feet_by_wall(line, along, height):
+    """Pairs of a wall's number and its feet."""
+    near = np.abs(along) < _FARTHEST
+    line, along, height = line[near], along[near], height[near]
+    return [(n, _feet(along[line == n], height[line == n])) for n in np.unique(line)]
 
 
 def _feet(along, height):
