@@ -14,14 +14,14 @@ constexpr double kAzimuthError = 4e-6;  ///< of azimuthOf() [rad]
 inline float azimuthOf(float x, float y) {
   const float from_diagonal = (std::fabs(y) - std::fabs(x)) / (std::fabs(y) + std::fabs(x));
   const float t = from_diagonal * from_diagonal;
-  const float sum =
-      (((((-0.01171912F * t + 0.0526473F) * t - 0.1164264F) * t + 0.1935404F) * t - 0.3326228F) *
-           t +
-       0.9999772F) *
-      from_diagonal;
-  const float in_quarter = 0.7853981634F + sum;
-  const float in_half = x < 0.0F ? 3.1415926536F - in_quarter : in_quarter;
-  return y < 0.0F ? 6.2831853072F - in_half : in_half;
+  const float tt = t * t;
+  // In pairs: processors wait less for the last result.
+  const float per_diagonal = ((0.9999772F - 0.3326228F * t) + (0.1935404F - 0.1164264F * t) * tt) +
+                             (0.0526473F - 0.01171912F * t) * (tt * tt);
+  const float turn = std::copysign(1.0F, x) * std::copysign(1.0F, y);
+  const float diagonal =  // of the quarter
+      3.1415926536F - std::copysign(1.5707963268F + std::copysign(0.7853981634F, x), y);
+  return diagonal + per_diagonal * (from_diagonal * turn);
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "azimuth.hpp"
 #include "multiversion.hpp"
@@ -15,31 +16,32 @@ namespace {
 constexpr std::size_t kSlotsPerBin = 4;
 constexpr double kTurnMargin = 1e-12;       // beyond its rounding
 constexpr float kShort = 1e-30F;            // what azimuthOf() knows nothing of
+constexpr float kRounding = 8388608.0F;     // 2^23: what is added to it is rounded
+constexpr std::int32_t kRounded = 0xFFFF;   // bits of that
 constexpr std::size_t kBetweenLooks = 128;  // for those in doubt: of most such none is
 
-/// Bins of points that lie clear of every edge; of others -1 - the nearest edge.
+/// Bins of points that lie clear of every edge; of others -1 - the nearest edge. Returns whether
+/// there are none of these.
 SMOKE_GROUND_MULTIVERSION
-void guessBins(const float* x, const float* y, std::size_t size, float bins, std::uint32_t* bin) {
+bool guessBins(const float* x, const float* y, std::size_t size, float bins, std::uint32_t* bin) {
   const auto bins_per_radian = static_cast<float>(static_cast<double>(bins) / kTwoPi);
   // The error of the guess, the rounding of the edges to single precision, and the bins' own.
   const float margin = (static_cast<float>(kAzimuthError) + 1e-6F) * bins_per_radian + 2e-7F * bins;
+  std::int32_t all = 0;
   for (std::size_t i = 0; i < size; ++i) {
     const float position = azimuthOf(x[i], y[i]) * bins_per_radian;
     const float inside = position < bins ? position : bins;  // also of no number
-    const auto guess = static_cast<std::int32_t>(inside);
-    const float part = inside - static_cast<float>(guess);
-    const bool is_clear = (part > margin) & (part < 1.0F - margin) & (inside > margin) &
-                          (inside < bins - margin) & (std::fabs(x[i]) + std::fabs(y[i]) > kShort);
-    const std::int32_t edge = guess + (part > 0.5F ? 1 : 0);
-    bin[i] = static_cast<std::uint32_t>(is_clear ? guess : -1 - edge);
+    const float with_edge = inside + kRounding;
+    const float beyond = inside - (with_edge - kRounding);
+    std::int32_t edge;
+    std::memcpy(&edge, &with_edge, sizeof(edge));
+    edge &= kRounded;
+    const std::int32_t guess = beyond < 0.0F ? edge - 1 : edge;
+    const std::int32_t found = std::fabs(beyond) > margin ? guess : -1 - edge;
+    all |= found;  // those in doubt alone have the sign
+    bin[i] = static_cast<std::uint32_t>(found);
   }
-}
-
-SMOKE_GROUND_MULTIVERSION
-bool areAllClear(const std::uint32_t* bin, std::size_t size) {
-  std::uint32_t all = 0;
-  for (std::size_t i = 0; i < size; ++i) all |= bin[i];
-  return static_cast<std::int32_t>(all) >= 0;  // those in doubt alone have the sign
+  return all >= 0;
 }
 
 }  // namespace
@@ -98,11 +100,11 @@ std::uint32_t AzimuthBins::beside(std::uint32_t edge, float x, float y) const {
 
 void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
                           std::uint32_t* index) const {
-  guessBins(x, y, size, static_cast<float>(count()), index);
   for (std::size_t begin = 0; begin < size; begin += kBetweenLooks) {
     const std::size_t end = std::min(size, begin + kBetweenLooks);
-    if (areAllClear(index + begin, end - begin)) continue;
-    for (std::size_t i = begin; i < end; ++i) {
+    const bool are_all_clear =
+        guessBins(x + begin, y + begin, end - begin, static_cast<float>(count()), index + begin);
+    for (std::size_t i = begin; !are_all_clear && i < end; ++i) {
       if (static_cast<std::int32_t>(index[i]) < 0) index[i] = beside(~index[i], x[i], y[i]);
     }
   }
