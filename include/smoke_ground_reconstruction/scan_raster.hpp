@@ -30,11 +30,10 @@ struct ScanRaster {
   std::size_t stripes;
   std::size_t rows;
   bool has_second = false;        ///< a second layer, secondOf() each place
+  bool is_crowded;                ///< nothing below is of use: there are too many extras, or places
   Recycled<float> x, y, z;        ///< by place; x is NaN where no point lies
   Recycled<std::uint32_t> place;  ///< per point of the scan; nowhere(): in none, or an extra
   Recycled<Extra> extras;         ///< by place, then by point
-  /// Nothing above is of use: there are too many extras, or places.
-  bool is_crowded = false;
 
   /// \param labels  one per point; those other than kKept take no part.
   /// \param most_layers  1 or 2.

@@ -17,6 +17,10 @@ constexpr std::size_t kFewExtras = 32;  // one point in so many
 constexpr std::uint32_t kColumns = ScanRaster::kWidth;
 constexpr std::size_t kAtOnce = 1024;  // points, whose bins fit into the fastest memory
 
+bool areTooMany(std::size_t places, std::size_t points) {
+  return places > kMostPlaces || places > kMostPlacesPerPoint * points;
+}
+
 /// Makes places of columns. Points that take no part get no number for their x: the place that they
 /// have in common stays free. No branches: which points are used, smoke decides.
 SMOKE_GROUND_MULTIVERSION
@@ -44,14 +48,16 @@ std::size_t ScanRaster::rowsFor(const Scan& scan) {
 
 ScanRaster::ScanRaster(const Scan& scan, const std::vector<Label>& labels, const AzimuthBins& bins,
                        std::size_t most_layers)
-    : columns(bins.count()), stripes((columns + kWidth - 1) / kWidth), rows(rowsFor(scan)) {
-  const std::size_t places = stripes * rows * kWidth;
-  is_crowded = places > kMostPlaces || places > kMostPlacesPerPoint * scan.size();
+    : columns(bins.count()),
+      stripes((columns + kWidth - 1) / kWidth),
+      rows(rowsFor(scan)),
+      is_crowded(areTooMany(nowhere(), scan.size())),
+      x(is_crowded ? 0 : nowhere() + 1U),  // and a place for all that take no part
+      y(x.size()),
+      z(x.size()),
+      place(is_crowded ? 0 : scan.size()) {
   if (is_crowded) return;
-  x.assign(places + 1, NAN);  // and a place for all that take no part
-  y.resize(places + 1);
-  z.resize(places + 1);
-  place.resize(scan.size());
+  std::fill(x.begin(), x.end(), NAN);
   fill(scan, labels, bins, most_layers);
   if (is_crowded) return;
   std::sort(extras.begin(), extras.end(), [](const Extra& a, const Extra& b) {
