@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include "multiversion.hpp"
 
@@ -71,6 +72,20 @@ SMOKE_GROUND_PART Lanes magnitudeOf(const Lanes& lanes) {
   Lanes magnitude;
   std::memcpy(&magnitude, &bits, sizeof(magnitude));
   return magnitude;
+}
+
+/// The least of two; the second where one is no number.
+SMOKE_GROUND_PART Floats least(const Floats& a, const Floats& b) { return a < b ? a : b; }
+
+/// Numbers that are not negative with the signs of others.
+SMOKE_GROUND_PART Floats withSignOf(const Floats& others, const Floats& lanes) {
+  Ints signs, bits;
+  std::memcpy(&signs, &others, sizeof(signs));
+  std::memcpy(&bits, &lanes, sizeof(bits));
+  bits |= signs & std::numeric_limits<std::int32_t>::min();
+  Floats with_signs;
+  std::memcpy(&with_signs, &bits, sizeof(bits));
+  return with_signs;
 }
 
 SMOKE_GROUND_PART Floats rootOf(const Floats& lanes) {

@@ -75,11 +75,11 @@ struct PairTests {
   }
 };
 
-// Single precision errs by less than a quarter of kScreenMargin times what is compared, and by less
-// than kLeastMargin where squares underflow.
-constexpr float kScreenMargin = 2e-6F;
+// Single precision errs by less than kScreenMargin times what is compared, ranges and squared
+// planar ranges, and by less than kLeastMargin where squares underflow.
+constexpr float kScreenMargin = 1e-6F;
 constexpr float kLeastMargin = 1e-15F;
-constexpr double kNoLimit = 1e30;
+constexpr float kNoLimit = 1e30F;
 
 /// Points in single precision.
 struct RoughPoints {
@@ -93,36 +93,29 @@ SMOKE_GROUND_PART RoughPoints roughPoints(const Floats& x, const Floats& y, cons
   return {x, y, z, squared_planar, rootOf(squared_planar + z * z)};
 }
 
-/// Pairs in single precision, and how far their angles and ranges may be off.
+/// Pairs in single precision; a margin that is no number: one of the two is no point.
 struct RoughPairs {
   Floats height_step;
   Floats horizontal_step;  // 0 where its sign is in doubt
-  Floats angle_margin;
   Floats first_range;
   Floats range_step;
-  Floats range_margin;
+  Floats margin;  // by which whatever is compared may be off
 };
 
 SMOKE_GROUND_PART RoughPairs roughPairs(const RoughPoints& a, const RoughPoints& b) {
   const Floats dx = b.x - a.x;
   const Floats dy = b.y - a.y;
-  const Floats dz = b.z - a.z;
   const Floats step = rootOf(dx * dx + dy * dy);
   const Floats growth = b.squared_planar - a.squared_planar;
-  const Floats growth_margin = kScreenMargin * (b.squared_planar + a.squared_planar) + kLeastMargin;
-  const Floats none = {};
-  const Ints is_in_doubt = magnitudeOf(growth) <= growth_margin;
-  const Floats signed_step = growth < 0.0F ? -step : step;
-  const Floats margin = kScreenMargin * (step + magnitudeOf(dz)) + kLeastMargin;
-  return {dz,
-          is_in_doubt ? none : signed_step,
-          is_in_doubt ? margin + step : margin,
-          a.range,
-          b.range - a.range,
-          kScreenMargin * (a.range + b.range) + kLeastMargin};
+  const Floats ranges = a.range + b.range;
+  const Floats margin = kScreenMargin * ranges + kLeastMargin;
+  const Ints is_in_doubt = magnitudeOf(growth) <= margin * ranges;
+  const Floats unsure = is_in_doubt ? step : Floats{};
+  return {b.z - a.z, withSignOf(growth, step - unsure), a.range, b.range - a.range,
+          margin + unsure};
 }
 
-/// A PairTest in single precision: knows most pairs that pass and most that fail.
+/// A PairTest in single precision: knows of most pairs whether they pass.
 class Screen {
  public:
   explicit Screen(const PairTest& test)
@@ -132,50 +125,32 @@ class Screen {
         to_sine_(static_cast<float>(test.angles.to.sine)),
         height_(limited(test.max_height_step)),
         receding_(limited(test.min_range_step)),
-        nearness_(test.relative_margin == kUnlimited ? around(0.0) : around(test.relative_margin)),
-        least_nearness_(test.relative_margin == kUnlimited ? static_cast<float>(kNoLimit) : 0.0F) {
-    const bool is_half_a_turn =
-        from_cosine_ * to_cosine_ + from_sine_ * to_sine_ < -0.9998F;  // cos 179 deg
-    if (is_half_a_turn) from_cosine_ = to_cosine_ = NAN;               // knows no angle
+        nearness_(test.relative_margin == kUnlimited ? 0.0F : limited(test.relative_margin)),
+        least_nearness_(test.relative_margin == kUnlimited ? kNoLimit : 0.0F) {
+    constexpr float kCosine179 = -0.9998F;
+    const bool is_half_a_turn = from_cosine_ * to_cosine_ + from_sine_ * to_sine_ < kCosine179;
+    if (is_half_a_turn) from_cosine_ = from_sine_ = to_cosine_ = to_sine_ = 0.0F;  // never sure
   }
 
+  /// How far pairs keep away from the nearest of all limits [m]; less than none beyond it.
   /// An angle clear of both edges of a window is ahead of one of them.
-  SMOKE_GROUND_PART Ints surelyAccepts(const RoughPairs& p) const {
-    return (beyondFrom(p) > p.angle_margin) & (beforeTo(p) > p.angle_margin) &
-           (magnitudeOf(p.height_step) < height_.surely_below) &
-           (p.range_step - p.range_margin > receding_.surely_above) &
-           (nearness_.surely_below * p.first_range + least_nearness_ >
-            magnitudeOf(p.range_step) + p.range_margin);
-  }
-  SMOKE_GROUND_PART Ints surelyRefuses(const RoughPairs& p) const {
-    return (beyondFrom(p) < -p.angle_margin) | (beforeTo(p) < -p.angle_margin) |
-           (magnitudeOf(p.height_step) > height_.surely_above) |
-           (p.range_step + p.range_margin < receding_.surely_below) |
-           (nearness_.surely_above * p.first_range + least_nearness_ <
-            magnitudeOf(p.range_step) - p.range_margin);
+  SMOKE_GROUND_PART Floats clearance(const RoughPairs& p) const {
+    const Floats beyond_from = from_cosine_ * p.height_step - from_sine_ * p.horizontal_step;
+    const Floats before_to = to_sine_ * p.horizontal_step - to_cosine_ * p.height_step;
+    Floats clearance = least(beyond_from, before_to);
+    clearance = least(clearance, height_ - magnitudeOf(p.height_step));
+    clearance = least(clearance, p.range_step - receding_);
+    const Floats near = nearness_ * p.first_range + least_nearness_;
+    return least(clearance, near - magnitudeOf(p.range_step));
   }
 
  private:
-  /// A limit, with margins for itself and for what is compared with it.
-  struct Limit {
-    float surely_below, surely_above;
-  };
-  static Limit around(double value) {
-    const double margin = 2.0 * kScreenMargin * std::fabs(value) + kLeastMargin;
-    return {static_cast<float>(value - margin), static_cast<float>(value + margin)};
-  }
-  static Limit limited(double value) {
-    return around(std::fmax(std::fmin(value, kNoLimit), -kNoLimit));
-  }
-  SMOKE_GROUND_PART Floats beyondFrom(const RoughPairs& p) const {
-    return from_cosine_ * p.height_step - from_sine_ * p.horizontal_step;
-  }
-  SMOKE_GROUND_PART Floats beforeTo(const RoughPairs& p) const {
-    return to_sine_ * p.horizontal_step - to_cosine_ * p.height_step;
+  static float limited(double value) {
+    return static_cast<float>(std::fmax(std::fmin(value, double{kNoLimit}), -double{kNoLimit}));
   }
 
   float from_cosine_, from_sine_, to_cosine_, to_sine_;
-  Limit height_, receding_, nearness_;
+  float height_, receding_, nearness_;
   float least_nearness_;  // of any pair: a range may have underflown
 };
 
@@ -193,11 +168,13 @@ struct Screens {
   explicit Screens(const PairTests& tests) : ground(tests.ground), wall(tests.wall) {}
 
   SMOKE_GROUND_PART Ints judge(const RoughPairs& pairs) const {
-    const Ints in_doubt = Ints{} + kInDoubt;
-    const Ints if_refused = ground.surelyRefuses(pairs) ? Ints{} + kSaysNothing : in_doubt;
-    const Ints if_no_wall = ground.surelyAccepts(pairs) ? Ints{} + kSaysGround : if_refused;
-    const Ints if_not_accepted = wall.surelyRefuses(pairs) ? if_no_wall : in_doubt;
-    return wall.surelyAccepts(pairs) ? Ints{} + kSaysWall : if_not_accepted;
+    static_assert(kInDoubt == -1, "where a comparison holds");
+    const Floats of_ground = ground.clearance(pairs);
+    const Floats of_wall = wall.clearance(pairs);
+    const Ints if_refused = of_ground > -pairs.margin;
+    const Ints if_no_wall = of_ground > pairs.margin ? Ints{} + kSaysGround : if_refused;
+    const Ints if_not_accepted = if_no_wall | (of_wall > -pairs.margin);
+    return of_wall > pairs.margin ? Ints{} + kSaysWall : if_not_accepted;
   }
 };
 

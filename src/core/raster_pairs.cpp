@@ -11,6 +11,7 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr std::size_t kWidth = ScanRaster::kWidth;
+constexpr std::size_t kAtOnce = 1024;  // points
 
 /// Where the rows of a raster begin in a stripe, from the lowest beam to the highest.
 using Rows = std::vector<std::size_t>;
@@ -21,32 +22,37 @@ SMOKE_GROUND_PART RoughPoints merged(const Ints& is_new, const RoughPoints& now,
           is_new ? now.squared_planar : last.squared_planar, is_new ? now.range : last.range};
 }
 
-SMOKE_GROUND_PART RoughPoints loadPoints(const ScanRaster& raster, std::size_t at) {
-  return roughPoints(loadLanes(&raster.x[at]), loadLanes(&raster.y[at]), loadLanes(&raster.z[at]));
+/// The coordinates by place.
+struct Places {
+  const float *x, *y, *z;
+
+  explicit Places(const ScanRaster& raster)
+      : x(raster.x.data()), y(raster.y.data()), z(raster.z.data()) {}
+
+  SMOKE_GROUND_PART RoughPoints load(std::size_t at) const {
+    return roughPoints(loadLanes(x + at), loadLanes(y + at), loadLanes(z + at));
+  }
+};
+
+SMOKE_GROUND_PART void put(const Ints& verdict, std::int8_t* says) {
+  const Bytes said = bytesOf(verdict);
+  std::memcpy(says, &said, sizeof(said));
 }
 
-/// What the points of eight columns say, each with the one before it in its column. Returns what
-/// all say together: kInDoubt has a sign.
+/// What the points of eight columns say, each with the one before it in its column.
 /// \param first  their place in row 0.
 /// \param is_downwards  the one before is the upper of the two.
-SMOKE_GROUND_PART Ints judgeColumns(const ScanRaster& raster, const Rows& rows, std::size_t first,
+SMOKE_GROUND_PART void judgeColumns(const ScanRaster& raster, const Rows& rows, std::size_t first,
                                     bool is_downwards, const Screens& screens, std::int8_t* says) {
   const Floats nobody = Floats{} + NAN;
   RoughPoints last = roughPoints(nobody, nobody, nobody);
-  Ints all = {};
+  const Places places(raster);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const std::size_t at = first + rows[is_downwards ? rows.size() - 1 - k : k];
-    const RoughPoints now = loadPoints(raster, at);
-    const Ints is_taken = now.x == now.x;
-    const Ints is_pair = is_taken & (last.x == last.x);
-    const Ints verdict =
-        screens.judge(is_downwards ? roughPairs(now, last) : roughPairs(last, now)) & is_pair;
-    all |= verdict;
-    const Bytes said = bytesOf(verdict);
-    std::memcpy(says + at, &said, sizeof(said));
-    last = merged(is_taken, now, last);
+    const RoughPoints now = places.load(at);
+    put(screens.judge(is_downwards ? roughPairs(now, last) : roughPairs(last, now)), says + at);
+    last = merged(now.x == now.x, now, last);
   }
-  return all;
 }
 
 /// The two points of a place, of eight columns.
@@ -111,50 +117,56 @@ SMOKE_GROUND_PART TwoVerdicts judgeRows(const TwoPoints& firsts, const TwoPoints
 }
 
 /// judgeColumns() with two layers.
-SMOKE_GROUND_PART Ints judgeLayers(const ScanRaster& raster, const Rows& rows, std::size_t first,
+SMOKE_GROUND_PART void judgeLayers(const ScanRaster& raster, const Rows& rows, std::size_t first,
                                    bool is_downwards, const Screens& screens, std::int8_t* says) {
   const Floats nobody = Floats{} + NAN;
   TwoPoints last = {roughPoints(nobody, nobody, nobody), roughPoints(nobody, nobody, nobody)};
-  Ints all = {};
+  const Places places(raster);
   for (std::size_t k = 0; k < rows.size(); ++k) {
     const std::size_t at = first + rows[is_downwards ? rows.size() - 1 - k : k];
     const std::size_t second = raster.secondOf(at);
-    const TwoPoints now = {loadPoints(raster, at), loadPoints(raster, second)};
+    const TwoPoints now = {places.load(at), places.load(second)};
     const TwoVerdicts verdicts =
         is_downwards ? judgeRows(now, last, true, screens) : judgeRows(last, now, false, screens);
-    all |= verdicts.a | verdicts.b;
-    const Bytes said_a = bytesOf(verdicts.a);
-    const Bytes said_b = bytesOf(verdicts.b);
-    std::memcpy(says + at, &said_a, sizeof(said_a));
-    std::memcpy(says + second, &said_b, sizeof(said_b));
+    put(verdicts.a, says + at);
+    put(verdicts.b, says + second);
     const Ints is_taken = now.a.x == now.a.x;
     last = {merged(is_taken, now.a, last.a), merged(is_taken, now.b, last.b)};
   }
-  return all;
 }
 
 /// judgeColumns() or judgeLayers(), each made for one direction.
 template <bool is_downwards>
-SMOKE_GROUND_PART Ints judgeEight(const ScanRaster& raster, const Rows& rows, std::size_t first,
+SMOKE_GROUND_PART void judgeEight(const ScanRaster& raster, const Rows& rows, std::size_t first,
                                   const Screens& screens, std::int8_t* says) {
-  return raster.has_second ? judgeLayers(raster, rows, first, is_downwards, screens, says)
-                           : judgeColumns(raster, rows, first, is_downwards, screens, says);
+  raster.has_second ? judgeLayers(raster, rows, first, is_downwards, screens, says)
+                    : judgeColumns(raster, rows, first, is_downwards, screens, says);
 }
 
-/// The same of a stripe. Returns whether some are in doubt.
+/// The same of a stripe.
 SMOKE_GROUND_MULTIVERSION
-bool judgeStripe(const ScanRaster& raster, const Rows& rows, std::size_t stripe, bool is_downwards,
+void judgeStripe(const ScanRaster& raster, const Rows& rows, std::size_t stripe, bool is_downwards,
                  const Screens& by, std::int8_t* says) {
   const Screens screens = by;
-  Ints all = {};
   for (std::size_t column = 0; column < kWidth; column += kLanes) {
     const std::size_t first = stripe * raster.rows * kWidth + column;
-    all |= is_downwards ? judgeEight<true>(raster, rows, first, screens, says)
-                        : judgeEight<false>(raster, rows, first, screens, says);
+    is_downwards ? judgeEight<true>(raster, rows, first, screens, says)
+                 : judgeEight<false>(raster, rows, first, screens, says);
   }
-  bool is_doubt = false;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) is_doubt |= all[lane] < 0;
-  return is_doubt;
+}
+
+/// Is one of them kInDoubt? No other has a sign.
+SMOKE_GROUND_MULTIVERSION
+bool areInDoubt(const std::int8_t* says, std::size_t size) {
+  std::int8_t all = 0;
+  for (std::size_t at = 0; at < size; ++at) all |= says[at];
+  return all < 0;
+}
+
+/// Labels as numbers: a wall overrules ground, and both overrule what was only kept.
+SMOKE_GROUND_MULTIVERSION
+void overrule(const std::int8_t* said, std::size_t size, Label* label) {
+  for (std::size_t i = 0; i < size; ++i) label[i] = std::max(label[i], static_cast<Label>(said[i]));
 }
 
 /// What the pairs of a raster say of their labelled points.
@@ -166,23 +178,27 @@ class RasterPairs {
         raster_(raster),
         sensor_(sensor),
         tests_(tests),
-        label_first_(label_point == LabelPoint::kFirst) {
-    says_.assign(raster.x.size(), kSaysNothing);
+        label_first_(label_point == LabelPoint::kFirst),
+        says_(raster.x.size()) {
     extra_says_.assign(raster.extras.size(), kSaysNothing);
     for (const std::uint16_t ring : sensor.ringsByElevation()) {
       if (ring < raster.rows) rows_.push_back(ring * kWidth);
     }
+    if (rows_.size() < raster.rows) std::fill(says_.begin(), says_.end(), kSaysNothing);
+    says_[raster.nowhere()] = kSaysNothing;
     judgeRows();
     judgeExtras();
   }
 
   void label(std::vector<Label>* labels) const {
-    // Labels as numbers: a wall overrules ground, and both overrule what was only kept.
-    const std::uint32_t* const place = raster_.place.data();
-    const std::int8_t* const says = says_.data();
     Label* const label = labels->data();
-    for (std::size_t i = 0, size = labels->size(); i < size; ++i) {
-      label[i] = std::max(label[i], static_cast<Label>(says[place[i]]));
+    for (std::size_t begin = 0; begin < labels->size(); begin += kAtOnce) {
+      const std::size_t size = std::min(kAtOnce, labels->size() - begin);
+      std::array<std::int8_t, kAtOnce> said;
+      const std::uint32_t* const place = &raster_.place[begin];
+      const std::int8_t* const says = says_.data();
+      for (std::size_t i = 0; i < size; ++i) said[i] = says[place[i]];
+      overrule(said.data(), size, label + begin);
     }
     for (std::size_t k = 0; k < raster_.extras.size(); ++k) {
       Label& extra = label[raster_.extras[k].point];
@@ -209,8 +225,9 @@ class RasterPairs {
     const std::size_t size = raster_.rows * kWidth;
     for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
       const std::size_t begin = stripe * size;
-      const bool is_doubt =
-          judgeStripe(raster_, rows_, stripe, label_first_, screens, says_.data());
+      judgeStripe(raster_, rows_, stripe, label_first_, screens, says_.data());
+      bool is_doubt = areInDoubt(&says_[begin], size);
+      if (raster_.has_second) is_doubt |= areInDoubt(&says_[raster_.secondOf(begin)], size);
       for (std::size_t at = begin; is_doubt && at < begin + size; ++at) judgeDoubt(at);
     }
   }
