@@ -191,9 +191,10 @@ class Room {
   UprightReturns returns_;
   std::vector<std::uint32_t> bin_;
   std::vector<std::uint8_t> flags_;  // what each return may be
-  // Returns, in order: on the floor; below it; about its height, and of these no smoke; as high as
-  // the ceiling; what can be wall; what is on the boundary's walls.
-  Indices low_, deep_, near_, near_hard_, at_ceiling_, maybe_wall_, on_walls_;
+  // Returns, in order: on the floor; below it; about its height, and of these those that tell the
+  // relief; as high as the ceiling; what can be wall; what is on the boundary's walls.
+  Indices low_, deep_, near_, thinned_, at_ceiling_, maybe_wall_, on_walls_;
+  std::vector<std::uint8_t> is_thinned_;
   std::array<double, 9> rotation_ = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::array<double, 3> plane_ = {0, 0, 0};
   WallReturns wall_returns_;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "multiversion.hpp"
 #include "ordered.hpp"
 #include "point_loops.hpp"
 #include "sample.hpp"
@@ -36,6 +37,9 @@ constexpr double kPlumb = 0.99998629;      // floors tilted by less than 0.3 deg
 constexpr std::size_t kWallLights = 4000;  // returns of walls, at least, that tell the smoke
 constexpr int kSlopeSlots = 2048;
 constexpr double kSlotsPerSlope = 128.0;
+// Returns are thinned out to the cube root of this times the floor's returns: where a cell of 0.2 m
+// would have ten of these [m^3].
+constexpr double kThinned = 1.2e-3;
 constexpr std::size_t kPairs = 64;
 constexpr std::size_t kLookedAt = 16000;  // returns, at least, that tell means and quantiles
 constexpr std::size_t kStrengths = 1000;  // returns of floor, at least, if there are as many
@@ -56,6 +60,24 @@ std::uint32_t* listNear(const WallReturns& returns, const Line& line, std::size_
     end += line.distance(x[k], y[k]) < half ? 1 : 0;
   }
   return end;
+}
+
+/// Marks returns about the floor's height that are no smoke, the nearer ones thinned: of those at a
+/// planar range r a share of r^3 / cube [m^3], for a floor's returns grow denser by that.
+SMOKE_GROUND_MULTIVERSION
+void markThinned(const float* planar, const std::uint8_t* flags, std::size_t size, double cube,
+                 std::uint8_t* is_in) {
+  constexpr int kBits = 24;  // which single precision holds
+  const auto per_cube = static_cast<float>(static_cast<double>(1 << kBits) / cube);
+  for (std::size_t i = 0; i < size; ++i) {
+    // The parts of multiples of the golden ratio are evenly spread in any row of them.
+    const auto part =
+        static_cast<std::int32_t>(static_cast<std::uint32_t>(i) * 0x9E3779B1U >> (32 - kBits));
+    const float share = planar[i] * planar[i] * planar[i] * per_cube;
+    const int is_hard =
+        (flags[i] & (ReturnKind::kNear | ReturnKind::kSoft)) == ReturnKind::kNear ? 1 : 0;
+    is_in[i] = static_cast<std::uint8_t>(is_hard & (static_cast<float>(part) < share ? 1 : 0));
+  }
 }
 
 }  // namespace
@@ -265,16 +287,19 @@ void Room::findWalls(const ColumnDirections& directions) {
 
 /// Floor off the plane is as low as that on it.
 void Room::findRelief() {
-  listWhere(flags_, ReturnKind::kNear | ReturnKind::kSoft, ReturnKind::kNear, &near_hard_);
-  relief_.find(returns_, near_hard_, params_);
+  const double cube = kThinned * static_cast<double>(low_.size());
+  is_thinned_.resize(size());
+  markThinned(returns_.planar.data(), flags_.data(), size(), cube, is_thinned_.data());
+  listWhere(is_thinned_, 1, 1, &thinned_);
+  relief_.find(returns_, thinned_, params_);
   if (!relief_.isFlat()) addCarried();
 }
 
 /// Takes what the relief carries for low.
 void Room::addCarried() {
   const Points& at = points();
-  for (const std::uint32_t i : near_hard_) {
-    if (!(returns_.planar[i] < params_.max_range)) continue;
+  for (const std::uint32_t i : near_) {
+    if (isSoft(i) || !(returns_.planar[i] < params_.max_range)) continue;
     if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= ReturnKind::kLow;
   }
   listKind(flags_, ReturnKind::kLow, &low_);

@@ -16,9 +16,11 @@ FLOOR_NUMBERS = ("weight", "noise", "uneven", "height_error")
 SURFACE = ("xyz", "intensity", "ring", "provenance", "boundary", "boundary_kind")
 
 
-def box(noise=0.01, walls=(3.4, 3.0, -3.4, -3.0), ceiling=1.9, seed=0):
+def box(
+    noise=0.01, walls=(3.4, 3.0, -3.4, -3.0), ceiling=1.9, seed=0, elevations_deg=ELEVATIONS_DEG
+):
     """A room seen from 0.7 m."""
-    return rooms.box_room(walls, ceiling, -0.7, ELEVATIONS_DEG, 0.4, noise, seed)[0]
+    return rooms.box_room(walls, ceiling, -0.7, elevations_deg, 0.4, noise, seed)[0]
 
 
 def turned(view, roll_deg, pitch_deg):
@@ -174,6 +176,12 @@ def test_ramp(core):
     view, _ = rooms.with_ramp(box(walls=(5.0, 3.0, -3.4, -3.0)))
     found = assert_parity(core, view)
     assert not found.room.relief.is_flat()
+
+
+def test_a_ramp_that_many_returns_tell(core):
+    level = box(walls=(5.0, 3.0, -3.4, -3.0), elevations_deg=np.linspace(-52.0, 50.0, 192))
+    view, _ = rooms.with_ramp(level)
+    assert not assert_parity(core, view).room.relief.is_flat()
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -21,7 +21,9 @@ BEYOND = 0.15  # floor measured this far behind the boundary lies behind an open
 _ON_FLOOR, _ON_FLOOR_MOST = 0.03, 0.06  # a return so near to the plane may be floor [m]
 _UNEVENNESS = 3.0  # or within so many sigma of the floor's own height
 _LEVEL_SHARE = 0.4  # floor behind an opening must go on as level as this share of it
+_LEVEL_BAND = 5.0  # and tells so by heights up to so many times of it
 _DROP = 0.01  # and what lies so much lower than floor can, tells of a drop [m]
+_RELIEF_LOWEST, _RELIEF_HIGHEST = 0.15, 0.8  # heights that relief looks at [m]
 _FEET_SHARE = 0.2  # of a plane's returns at walls: more than most floors have
 _UNDER_PLANE = 0.005  # walls end at the floor: their returns so far below a plane [m]
 _UNDER_SHARE = 0.05  # are few of those near it where it is one
@@ -35,6 +37,9 @@ _PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken
 _WALL_LIGHTS = 4000  # returns of walls, at least, that tell the smoke
 _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
 _LOOKED_AT = 16000  # returns, at least, that tell means and quantiles
+# Returns are thinned out to the cube root of this times the floor's returns: where a cell of 0.2 m
+# would have ten of these [m^3].
+_THINNED = 1.2e-3
 _STRENGTHS = 1000  # returns of floor, at least, if there are as many
 _STEEPER = 1000  # one return in so many may lie above the highest beam
 _RISES = 0.02  # floor so far over its plane rises [m]
@@ -194,7 +199,7 @@ class Room:
             ramp = find_wall_ramp(*feet, normals, self.params.max_slope)
             if ramp is None:
                 return False
-            self.relief = self.relief.with_ramp(ramp, *self._hard())
+            self.relief = self.relief.with_ramp(ramp, *self._thinned())
             self._take_carried()
         off_walls = ~(np.abs(self.past_wall()) < _WALL_FOOT * self.widening) & ~self.at_wall
         floor = self.is_low & off_walls & ~self.is_soft
@@ -219,13 +224,26 @@ class Room:
         return self.relief.at(self.xyz[:, :2]) > _RISES
 
     def _find_relief(self):
-        self.relief = find_relief(*self._hard(), self.params)
+        self.relief = find_relief(*self._thinned(), self.params)
         self._take_carried()
 
-    def _hard(self):
-        """Places, heights and planar ranges of all but smoke."""
-        hard = ~self.is_soft
-        return self.xyz[hard, :2], self.height[hard], self.planar[hard]
+    def _thinned(self):
+        """Places, heights and planar ranges of what tells the relief.
+
+        All about the floor's height but smoke, the nearer ones thinned: of those at a planar range
+        r a share of r^3 / cube [m^3], for a floor's returns grow denser by that.
+        """
+        band = _LEVEL_BAND * self.tolerance
+        near = self.height > -max(_RELIEF_LOWEST, band)
+        near &= self.height < max(_RELIEF_HIGHEST, band)
+        hard = np.flatnonzero(near & ~self.is_soft)
+        cube = _THINNED * np.count_nonzero(self.is_low)
+        planar = self.planar[hard].astype(np.float32)
+        share = planar * planar * planar * np.float32(2.0**24 / cube if cube > 0.0 else math.inf)
+        # The parts of multiples of the golden ratio are evenly spread in any row of them.
+        part = ((hard.astype(np.uint64) * 0x9E3779B1) & 0xFFFFFFFF) >> 8
+        some = hard[part.astype(np.float32) < share]
+        return self.xyz[some, :2], self.height[some], self.planar[some]
 
     def _take_carried(self):
         """Floor off the plane is as low as that on it."""
@@ -342,7 +360,7 @@ class Room:
         return found
 
     def _level_band(self):
-        low = np.abs(self.height) < 5 * self.tolerance
+        low = np.abs(self.height) < _LEVEL_BAND * self.tolerance
         return np.flatnonzero(low & (self.planar < self.params.max_range))
 
     def is_floor_cell(self):
