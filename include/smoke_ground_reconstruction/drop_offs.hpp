@@ -24,6 +24,29 @@ struct DropOffs {
   }
 };
 
+/// What may be floor, and how well returns tell where it ends.
+struct DropTolerances {
+  static constexpr double kDepthSlope = 0.015;  ///< a return so much deeper per metre is no floor
+
+  double depth = 0.04;  ///< a return so far below the floor beneath the sensor is none of it [m]
+  double lift = 0.0;    ///< ... if noise does not lower it, by so much times the range [m2]
+  double edge = 0.02;   ///< measured floor ends this far before the edge for certain [m]
+  double place = 0.03;  ///< of a return's place against an edge [m]
+
+  /// Measured floor lies behind an edge if it is so far behind it [m].
+  double clear() const { return edge + place; }
+  /// Edges of a noisy sensor, see wideningFor().
+  void widen(double widening) {
+    edge *= widening;
+    place *= widening;
+  }
+  bool isBelow(double planar, double height, double sensor_height) const {
+    const double deep = -height - kDepthSlope * planar;
+    const double down = sensor_height - height;
+    return deep > depth && deep * deep * (planar * planar + down * down) > lift * lift;
+  }
+};
+
 /// Returns among which drops are looked for, structure of arrays.
 struct DropOffReturns {
   std::vector<std::uint16_t> column;
@@ -69,8 +92,10 @@ class DropEdgeFinder {
  public:
   DropEdgeFinder();
   /// \param walls  normals of the room's walls: edges along or across them are preferred.
+  /// \param place  tolerance of a return's place [m].
   void find(const DropColumns& columns, const std::vector<Direction>& middle,
-            const std::vector<std::array<double, 2>>& walls, std::vector<DropEdge>* edges);
+            const std::vector<std::array<double, 2>>& walls, double place,
+            std::vector<DropEdge>* edges);
 
  private:
   struct Candidate {
@@ -92,6 +117,7 @@ class DropEdgeFinder {
                      DropEdge* edge);
   bool longestRun(DropEdge* edge);
 
+  double place_ = 0.0;
   std::vector<Direction> normals_;          // of the coarse search
   std::vector<std::uint8_t> left_, still_;  // columns that no edge explains, before and now
   std::vector<DropEdge> likely_;
@@ -109,27 +135,17 @@ class DropEdgeFinder {
 /// goes on only where it is measured again beyond the last. Not in the thesis.
 class DropOffFinder {
  public:
-  static constexpr double kDepth = 0.04;        ///< of a level floor [m]
-  static constexpr double kDepthSlope = 0.015;  ///< a return so much deeper per metre is none of it
-
-  /// Is a return, `depth` being that of find(), none of the floor?
-  static bool isBelow(double planar, double height, double depth) {
-    return height < -(depth + kDepthSlope * planar);
-  }
-
   /// \param sensor_height  of the sensor above the floor [m].
   /// \param middle  directions of the columns' middles.
   /// \param walls  normals of the room's walls; only edges along or across them tell of floor that
   ///     was not measured.
   /// \param feet  of the walls: where nothing is seen below them, no drop reaches them.
-  /// \param depth  a return so far below the floor beneath the sensor is none of it [m].
   void find(const DropOffReturns& returns, double sensor_height,
             const std::vector<Direction>& middle, const std::vector<std::array<double, 2>>& walls,
-            const WallFeet& feet, DropOffs* drops, double depth = kDepth);
+            const WallFeet& feet, const DropTolerances& by, DropOffs* drops);
 
  private:
-  void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns,
-               double depth);
+  void collect(const DropOffReturns& returns, double sensor_height, std::size_t columns);
   bool isMirrored(std::size_t column, double crossing) const;
   bool findWitnessed(bool twice);
   void joinNeighbors();
@@ -149,6 +165,7 @@ class DropOffFinder {
   void spread(const std::vector<std::uint8_t>& starts, std::size_t widest, DropOffs* drops) const;
   double lastAround(std::size_t column, std::size_t beside, double distance) const;
 
+  DropTolerances by_;
   ColumnRanges floor_, crossings_;
   std::vector<double> first_, last_;  // crossings by column, also of those between
   std::vector<double> again_;

@@ -183,10 +183,11 @@ class Room {
 
   const AzimuthBins& bins_;
   RoomBoundaryParams params_;
-  double tolerance_ = 0.0;   // a return so near to the plane may be floor [m]
-  double drop_depth_ = 0.0;  // and one so far below it tells of a drop [m]
-  double spread_ = 0.0;      // of walls' returns [m]
-  double widening_ = 1.0;    // and how much wider it makes the places of walls
+  double tolerance_ = 0.0;  // a return so near to the plane may be floor [m]
+  double lift_ = 0.0;       // or one so near times its range [m2]
+  DropTolerances drops_by_;
+  double spread_ = 0.0;    // of walls' returns [m]
+  double widening_ = 1.0;  // and how much wider it makes the places of walls
   Points turned_;
   UprightReturns returns_;
   std::vector<std::uint32_t> bin_;
@@ -238,6 +239,10 @@ std::optional<std::array<double, 9>> levellingRotation(const std::array<double, 
 
 /// How near to the plane floor lies [m], from the unevenness that the scan tells.
 double floorTolerance(const FloorModel& floor);
+
+/// The same times the range [m2], where a range's noise lifts the floor: noise times the sine of
+/// the grazing angle, the sensor's height over the range.
+double floorLift(const FloorModel& floor);
 
 /// z = a x + b y + c in a frame turned by a rotation.
 std::array<double, 3> rotatedPlane(const std::array<double, 3>& plane,

@@ -57,14 +57,17 @@ void bindDropOffs(py::module& m) {
       [](const py::array& column, const py::array& planar, const py::array& height,
          const py::array& is_floor, double sensor_height, const py::array& directions,
          const std::vector<std::array<double, 2>>& walls, const py::array& feet_column,
-         const py::array& feet_height, const py::array& distance) {
+         const py::array& feet_height, const py::array& distance, double lift, double widening) {
+        DropTolerances by;
+        by.lift = lift;
+        by.widen(widening);
         const auto middle = directionsOf(directions);
         const auto returns = returnsOf(column, planar, height, is_floor, middle.size());
         const auto feet = feetOf(feet_column, feet_height, distance, middle.size());
         DropOffs drops;
         {
           const py::gil_scoped_release release;
-          DropOffFinder().find(returns, sensor_height, middle, walls, feet, &drops);
+          DropOffFinder().find(returns, sensor_height, middle, walls, feet, by, &drops);
         }
         return py::make_tuple(toArray<double>(std::move(drops.begin)),
                               toArray<double>(std::move(drops.end)),
@@ -72,11 +75,12 @@ void bindDropOffs(py::module& m) {
       },
       py::arg("column"), py::arg("planar"), py::arg("height"), py::arg("is_floor"),
       py::arg("sensor_height"), py::arg("directions"), py::arg("walls"), py::arg("feet_column"),
-      py::arg("feet_height"), py::arg("distance"),
+      py::arg("feet_height"), py::arg("distance"), py::arg("lift") = 0.0, py::arg("widening") = 1.0,
       "Begin, end and floor_to float64 (columns,) [m], from column uint16 (N,), planar and height "
       "float32 (N,), is_floor uint8 (N,), directions float64 (columns, 2); of the walls' feet "
       "column uint16 (F,), "
-      "height float32 (F,), and distance float64 (columns,).");
+      "height float32 (F,), and distance float64 (columns,); lift [m2] and widening of the "
+      "tolerances.");
 }
 
 }  // namespace smoke_ground_reconstruction

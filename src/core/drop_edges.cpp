@@ -7,8 +7,7 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
-constexpr double kTolerance = 0.03;  // of a return's place against an edge [m]
-constexpr int kAngles = 180;         // of an edge's normal, coarse search
+constexpr int kAngles = 180;  // of an edge's normal, coarse search
 constexpr double kStepDeg = 2.0;
 constexpr int kFineAngles = 10;  // to either side of the best one
 constexpr double kFineStepDeg = 0.2;
@@ -37,9 +36,10 @@ DropEdgeFinder::DropEdgeFinder() : change_(kSlots + 2, 0) {
 }
 
 void DropEdgeFinder::find(const DropColumns& columns, const std::vector<Direction>& middle,
-                          const std::vector<std::array<double, 2>>& walls,
+                          const std::vector<std::array<double, 2>>& walls, double place,
                           std::vector<DropEdge>* edges) {
   edges->clear();
+  place_ = place;
   left_ = columns.sees;
   for (std::size_t round = 0; round < kMostEdges; ++round) {
     use_.clear();
@@ -116,8 +116,8 @@ DropEdgeFinder::Candidate DropEdgeFinder::candidate(double nx, double ny) {
   for (const Column& column : use_) {
     const double across = nx * column.middle.cosine + ny * column.middle.sine;
     if (!(across > kAcross)) continue;
-    const int low = slotOf(column.before * across - kTolerance);
-    const int high = slotOf(column.after * across + kTolerance) + 1;
+    const int low = slotOf(column.before * across - place_);
+    const int high = slotOf(column.after * across + place_) + 1;
     ++change_[static_cast<std::size_t>(low)];
     --change_[static_cast<std::size_t>(high)];
     first = std::min(first, low);
@@ -138,7 +138,7 @@ DropEdgeFinder::Candidate DropEdgeFinder::mostAgreed(double nx, double ny, int f
     at = slot;
   }
   const double margin = std::min(kSlot * room, kMostMargin);
-  return {nx, ny, at * kSlot - kTolerance, most, most + kMarginWorth * margin};
+  return {nx, ny, at * kSlot - place_, most, most + kMarginWorth * margin};
 }
 
 /// Marks the columns that see floor before an edge and the drop behind it, and counts those that
@@ -152,8 +152,8 @@ void DropEdgeFinder::markExplained(const DropColumns& columns, const std::vector
     const double across = edge->across(middle[c]);
     const bool is_facing = across > kAcross;
     const double before = columns.before[c] * across;
-    const bool agrees = is_facing && before <= edge->rho + kTolerance &&
-                        columns.after[c] * across >= edge->rho - kTolerance;
+    const bool agrees = is_facing && before <= edge->rho + place_ &&
+                        columns.after[c] * across >= edge->rho - place_;
     if (agrees && still_[c] != 0) {
       explained_.push_back(c);
       left_[c] = 0;

@@ -11,11 +11,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kNeighbors = 2;   // columns to either side that share what they see
 constexpr std::size_t kWidestGap = 12;  // columns between two that see a drop and then see it too
 constexpr std::size_t kFloorAgain = 3;  // measured returns of floor beyond a drop
-constexpr double kEdge = 0.02;       // measured floor ends this far before the edge for certain [m]
-constexpr double kTolerance = 0.03;  // of a return's place against an edge [m]
-constexpr double kClear = kEdge + kTolerance;  // floor so far behind an edge lies behind it [m]
-constexpr double kClose = 1.0;                 // floor so near before an edge goes on up to it [m]
-constexpr std::ptrdiff_t kSingleColumns = 9;   // that see a drop, though each by one return
+constexpr double kClose = 1.0;          // floor so near before an edge goes on up to it [m]
+constexpr std::ptrdiff_t kSingleColumns = 9;  // that see a drop, though each by one return
 constexpr double kMirror = 0.15;     // floor so near beyond a crossing: there is no drop [m]
 constexpr double kFarEdge = 0.03;    // behind the first return beyond a drop floor begins [m]
 constexpr double kBeyondEdge = 0.3;  // floor so far beyond an edge: the drop has ended [m]
@@ -33,12 +30,13 @@ constexpr double kDrawnOnShare = 0.5;  // and by a share of its seen length
 void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
                          const std::vector<Direction>& middle,
                          const std::vector<std::array<double, 2>>& walls, const WallFeet& feet,
-                         DropOffs* drops, double depth) {
+                         const DropTolerances& by, DropOffs* drops) {
+  by_ = by;
   const std::size_t columns = middle.size();
   drops->begin.assign(columns, kInfinity);
   drops->end.assign(columns, kInfinity);
   drops->floor_to.assign(columns, 0.0);
-  collect(returns, sensor_height, columns, depth);
+  collect(returns, sensor_height, columns);
   if (crossings_.isEmpty()) return;
   if (!findWitnessed(true)) findWitnessed(false);
   joinNeighbors();
@@ -66,14 +64,14 @@ void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
 
 /// Sorts measured floor, and where beams crossed the floor's plane, by column.
 void DropOffFinder::collect(const DropOffReturns& returns, double sensor_height,
-                            std::size_t columns, double depth) {
+                            std::size_t columns) {
   floor_.clear(columns);
   crossings_.clear(columns);
   below_.clear();
   for (std::size_t i = 0; i < returns.column.size(); ++i) {
     const double planar = returns.planar[i], height = returns.height[i];
     if (returns.is_floor[i] != 0) floor_.add(returns.column[i], planar);
-    if (isBelow(planar, height, depth)) below_.push_back(i);
+    if (by_.isBelow(planar, height, sensor_height)) below_.push_back(i);
   }
   if (below_.empty()) return;
   floor_.sort();
@@ -160,7 +158,7 @@ void DropOffFinder::endSingleColumns(DropOffs* drops) {
   again_.assign(columns, 0.0);
   for (std::size_t c = 0; c < columns; ++c) {
     if (first_[c] == kInfinity) continue;
-    drops->begin[c] = std::max(0.0, lastAround(c, kNeighbors, first_[c]) - kEdge);
+    drops->begin[c] = std::max(0.0, lastAround(c, kNeighbors, first_[c]) - by_.edge);
     ColumnRanges::Beyond beyond;
     for (std::size_t k = 0; k <= 2 * kNeighbors; ++k) {
       const auto more = floor_.beyond((c + columns + k - kNeighbors) % columns, last_[c]);
@@ -201,13 +199,13 @@ void DropOffFinder::findColumns() {
 void DropOffFinder::findEdges(const std::vector<Direction>& middle,
                               const std::vector<std::array<double, 2>>& walls) {
   const auto is_sure = [](const DropEdge& edge) { return edge.is_sure; };
-  edge_finder_.find(columns_, middle, walls, &edges_);
+  edge_finder_.find(columns_, middle, walls, by_.place, &edges_);
   if (std::any_of(edges_.begin(), edges_.end(), is_sure)) return;
   for (std::size_t c = 0; c < columns_.sees.size(); ++c) {
     columns_.sees[c] = columns_.after[c] < kInfinity ? 1 : 0;
   }
   if (std::count(columns_.sees.begin(), columns_.sees.end(), 1) < kSingleColumns) return;
-  edge_finder_.find(columns_, middle, walls, &sure_edges_);
+  edge_finder_.find(columns_, middle, walls, by_.place, &sure_edges_);
   if (std::any_of(sure_edges_.begin(), sure_edges_.end(), is_sure)) edges_.swap(sure_edges_);
 }
 
@@ -255,12 +253,12 @@ void DropOffFinder::drawOn(const DropEdge& edge, const std::vector<Direction>& m
     for (std::size_t k = 1; k < columns; ++k) {
       const std::size_t c = (side == 0 ? ends[0] + columns - k : ends[1] + k) % columns;
       const double across = edge.across(middle[c]);
-      const bool is_sealed = !edge.is_sure && steady_[c] * across > edge.rho + kClear;
+      const bool is_sealed = !edge.is_sure && steady_[c] * across > edge.rho + by_.clear();
       if (is_taken_[c] != 0 || across <= kAcross || is_sealed) break;
       const bool is_far =
           !edge.is_aligned && std::fabs(edge.along(middle[c]) - along[side]) > farthest;
       const double resumes = floorBehind(edge, c, middle).nearest;
-      if ((is_far && k > kDrawnOnColumns) || resumes < edge.rho + kClear + kResumed) break;
+      if ((is_far && k > kDrawnOnColumns) || resumes < edge.rho + by_.clear() + kResumed) break;
       drawn_[side].push_back(c);
     }
   }
@@ -274,7 +272,7 @@ ColumnRanges::Beyond DropOffFinder::floorBehind(const DropEdge& edge, std::size_
   for (const std::size_t c : {(column + columns - 1) % columns, column, (column + 1) % columns}) {
     const double across = edge.across(middle[c]);
     if (!(across > 0.0)) continue;
-    const auto more = floor_.beyond(c, (edge.rho + kClear) / across);
+    const auto more = floor_.beyond(c, (edge.rho + by_.clear()) / across);
     found.count += more.count;
     found.nearest = std::min(found.nearest, more.nearest * across);
   }
@@ -290,9 +288,9 @@ double DropOffFinder::place(const DropEdge& edge, const std::vector<Direction>& 
   double nearest = 0.0;
   for (const std::size_t c : at_) {
     const double floor = columns_.before[c] * edge.across(middle[c]);
-    if (floor <= edge.rho + kTolerance) nearest = std::max(nearest, floor);
+    if (floor <= edge.rho + by_.place) nearest = std::max(nearest, floor);
   }
-  const double rho = std::min(nearest, 0.5 * (nearest + edge.drop) - kEdge);
+  const double rho = std::min(nearest, 0.5 * (nearest + edge.drop) - by_.edge);
   for (const std::size_t c : at_) {
     const double reach = rho / edge.across(middle[c]);
     drops->begin[c] = edge.is_sure ? reach : std::min(drops->begin[c], reach);
@@ -315,7 +313,7 @@ void DropOffFinder::tell(const DropEdge& edge, double rho, const std::vector<Dir
       const double across = edge.across(middle[side[k]]);
       const double before = columns_.before[side[k]];
       const bool is_close =
-          edge.rho / across - kClose < before && before * across < edge.rho + kTolerance;
+          edge.rho / across - kClose < before && before * across < edge.rho + by_.place;
       if (is_close) told = k + 1;
     }
     for (std::size_t k = 0; k < told; ++k) tellOne(edge, rho, side[k], middle[side[k]], drops);
@@ -358,7 +356,7 @@ void DropOffFinder::spread(const std::vector<std::uint8_t>& starts, std::size_t 
           past = std::max(past, std::min(place_[c] + kBeyondEdge, no_room_[at]));
         }
         if (farthest > past) break;
-        edge = std::max(edge, farthest - kEdge);
+        edge = std::max(edge, farthest - by_.edge);
         drops->begin[at] = std::min(drops->begin[at], edge);
       }
     }

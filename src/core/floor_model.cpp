@@ -31,10 +31,10 @@ constexpr double kTukey = 3.0;     // residuals beyond so many scales have no we
 constexpr double kUneven = 0.003;  // no floor is flatter, one sigma [m]
 constexpr double kRough = 0.01;    // a floor more uneven may be two of different heights [m]
 constexpr double kSmoother = 0.5;  // times the whole's unevenness has the one that the robot is on
-constexpr double kNoiseLeast = 0.002, kNoiseMost = 0.03;  // of a range [m]
-constexpr double kMad = 1.4826;                           // a sigma in median absolute deviations
-constexpr double kSines = 1024.0, kLengths = 20000.0;     // steps in which medians are taken
-constexpr double kFewest = 50.0;                          // returns that make a plane
+constexpr double kNoiseLeast = 0.002, kNoiseMost = 0.1;  // of a range [m]
+constexpr double kMad = 1.4826;                          // a sigma in median absolute deviations
+constexpr double kSines = 1024.0, kLengths = 20000.0;    // steps in which medians are taken
+constexpr double kFewest = 50.0;                         // returns that make a plane
 constexpr double kNarrowest = 0.6;  // and the length they must span across, two sigma [m]
 constexpr std::size_t kSumLanes = OrderedSum::kLanes;
 
@@ -71,7 +71,7 @@ class Histogram {
   explicit Histogram(double per_unit) : per_unit_(per_unit) {}
 
   void add(double value) {
-    const int slot = static_cast<int>(value * per_unit_);
+    const int slot = std::min(static_cast<int>(value * per_unit_), static_cast<int>(kSize) - 1);
     ++counts_[static_cast<std::uint32_t>(slot)];
   }
   std::uint32_t total() const { return std::accumulate(counts_.begin(), counts_.end(), 0U); }
@@ -426,26 +426,32 @@ FloorFitter::Step FloorFitter::reweighted(double sensor_height) {
 }
 
 /// A height's variance is (noise sine)^2 + unevenness^2; the medians of the steeper and of the
-/// flatter half of the returns tell both.
+/// flatter half of the returns tell both; returns of one slope the sum, which passes for the
+/// latter. Residuals beyond three of the scales of the step before tell nothing.
 void FloorFitter::tellNoise(double* noise, double* uneven) {
   *noise = kNoiseLeast;
   *uneven = kUneven;
-  const double nearest = kTukey * kScales.back();
+  const auto is_near = [this](std::size_t i) {
+    return std::fabs(residual_[i]) < kTukey * std::max(scale_[i], kScales.back());
+  };
   Histogram sines(kSines);
   for (std::size_t i = 0; i < count_; ++i) {
-    if (std::fabs(residual_[i]) < nearest) sines.add(sine_[i]);
+    if (is_near(i)) sines.add(sine_[i]);
   }
   if (static_cast<double>(sines.total()) < kFewest) return;
-  const double middle = sines.median();
+  const double middle = sines.median() - 0.5 / kSines;
   std::array<Histogram, 2> lengths = {Histogram(kLengths), Histogram(kLengths)};
   std::array<Histogram, 2> halves = {Histogram(kSines), Histogram(kSines)};
   for (std::size_t i = 0; i < count_; ++i) {
-    if (!(std::fabs(residual_[i]) < nearest)) continue;
+    if (!is_near(i)) continue;
     const std::size_t half = sine_[i] >= middle ? 0 : 1;
     lengths[half].add(std::fabs(residual_[i]));
     halves[half].add(sine_[i]);
   }
-  if (lengths[0].total() == 0 || lengths[1].total() == 0) return;
+  if (lengths[1].total() == 0) {
+    *uneven = std::max(kUneven, kMad * lengths[0].median());
+    return;
+  }
   const double high = kMad * lengths[0].median();
   const double low = kMad * lengths[1].median();
   const double steeper = halves[0].median() * halves[0].median();

@@ -172,6 +172,7 @@ SMOKE_GROUND_MULTIVERSION
 void findKinds(const PointArrays& points, const float* intensity, const float* planar,
                const float* height, const KindBounds& bounds, std::uint8_t* kind) {
   const float low = upper(bounds.low), low_range = upper(bounds.low_range);
+  const auto lift_square = static_cast<float>(bounds.lift_square);
   const float deep = upper(bounds.deep), above = lower(bounds.above);
   const float near_lowest = lower(bounds.near_lowest), near_highest = upper(bounds.near_highest);
   const float wall_highest = upper(bounds.wall_highest);
@@ -189,7 +190,8 @@ void findKinds(const PointArrays& points, const float* intensity, const float* p
     const int is_above = h > above ? 1 : 0;
     const int is_weak = intensity[i] * square < soft_gate ? 1 : 0;
     const int is_soft = is_above & is_weak & (square < soft_square ? 1 : 0);
-    const int is_low = (std::fabs(h) < low ? 1 : 0) & (range < low_range ? 1 : 0);
+    const int is_on = (std::fabs(h) < low ? 1 : 0) | (h * h * square < lift_square ? 1 : 0);
+    const int is_low = is_on & (range < low_range ? 1 : 0);
     const int is_near = (h > near_lowest ? 1 : 0) & (h < near_highest ? 1 : 0);
     const int is_within = (range > wall_nearest ? 1 : 0) & (range < wall_farthest ? 1 : 0);
     const int may_be_wall = is_above & (is_soft ^ 1) & (h < wall_highest ? 1 : 0) & is_within;

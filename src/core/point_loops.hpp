@@ -41,6 +41,7 @@ void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& pl
 /// Bounds of what returns may be, none of them included: heights over the plane, planar ranges [m].
 struct KindBounds {
   double low, low_range;             // of the height's amount; of the range
+  double lift_square;                // or of the square of height times range, in single precision
   double deep;                       // from above
   double near_lowest, near_highest;  // from both sides, as those that follow
   double above, wall_highest;        // soft returns, too, lie above

@@ -115,16 +115,20 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
                 const std::array<double, 9>& rotation, const RoomBoundaryParams& params) {
   params_ = params;
   tolerance_ = params.floor_tolerance > 0.0 ? params.floor_tolerance : floorTolerance(floor);
-  drop_depth_ = params.drop_depth > 0.0 ? params.drop_depth : tolerance_ + kDrop;
+  lift_ = params.floor_tolerance > 0.0 ? 0.0 : floorLift(floor);
   rotation_ = rotation;
   plane_ = rotatedPlane(floor.plane, rotation);
   has_level_cells_ = has_level_floor_ = false;
+  drops_by_ = DropTolerances();
+  drops_by_.depth = params.drop_depth > 0.0 ? params.drop_depth : tolerance_ + kDrop;
+  drops_by_.lift = params.drop_depth > 0.0 ? 0.0 : lift_;
   takeIn(level);
   view_ = {ceiling_finder_.find(returns_, bins_.count()), -plane_[2], 0.0, params.furniture_height};
   sortOut(intensity);
   wall_returns_.take(returns_, maybe_wall_, bins_.count());
   spread_ = spread_finder_.find(wall_returns_);
   widening_ = wideningFor(spread_);
+  drops_by_.widen(widening_);
   post_finder_.find(wall_returns_, widening_, &posts_);
   placePosts();
 }
@@ -181,7 +185,8 @@ void Room::sortOut(const std::vector<float>& intensity) {
   KindBounds bounds{};
   bounds.low = tolerance_;
   bounds.low_range = params_.max_range;
-  bounds.deep = -drop_depth_;
+  bounds.lift_square = lift_ * lift_;
+  bounds.deep = -drops_by_.depth;
   bounds.near_lowest = -std::max(kReliefLowest, band);
   bounds.near_highest = std::max(kReliefHighest, band);
   bounds.above = params_.min_wall_height;
@@ -445,13 +450,13 @@ void Room::findDrops(const ColumnDirections& directions) {
     findWallFeet();
   }
   drop_finder_.find(drop_returns_, -plane_[2], directions.middle, wall_normals_, wall_feet_,
-                    &drops_, drop_depth_);
+                    drops_by_, &drops_);
 }
 
 /// Does any return within the boundary come from below the floor? Without one there is no drop.
 bool Room::seesBelow() const {
   return std::any_of(deep_.begin(), deep_.end(), [this](std::uint32_t i) {
-    return isWithinBoundary(i) && DropOffFinder::isBelow(planar(i), height(i), drop_depth_);
+    return isWithinBoundary(i) && drops_by_.isBelow(planar(i), height(i), -plane_[2]);
   });
 }
 
@@ -578,6 +583,8 @@ Visibility Room::visibility(const std::vector<float>& intensity, VisibilityEstim
 double floorTolerance(const FloorModel& floor) {
   return std::min(std::max(kOnFloor, kUnevenness * floor.uneven), kOnFloorMost);
 }
+
+double floorLift(const FloorModel& floor) { return kUnevenness * floor.noise * -floor.plane[2]; }
 
 std::optional<std::array<double, 9>> levellingRotation(const std::array<double, 3>& plane) {
   const double a = plane[0];

@@ -43,7 +43,7 @@ struct Scene {
   }
   DropOffs find(const std::vector<std::array<double, 2>>& walls = {{1.0, 0.0}}) const {
     DropOffs drops;
-    DropOffFinder().find(returns, kSensorHeight, middles(), walls, feet, &drops);
+    DropOffFinder().find(returns, kSensorHeight, middles(), walls, feet, DropTolerances(), &drops);
     return drops;
   }
 

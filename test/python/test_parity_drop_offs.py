@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from smoke_ground_reconstruction.reference.drop_edges import DropTolerances
 from smoke_ground_reconstruction.reference.drop_offs import find_drop_offs
 from smoke_ground_reconstruction.reference.predicates import Direction
 from smoke_ground_reconstruction.reference.wall_feet import WallFeet
@@ -43,16 +44,18 @@ def seeded_feet(seed):
     return WallFeet(column, height, distance)
 
 
-def assert_parity(core, column, planar, height, is_floor, walls, feet=None):
+def assert_parity(core, column, planar, height, is_floor, walls, feet=None, lift=0.0, widening=1.0):
     as_float64 = planar.astype(np.float64), height.astype(np.float64)
     feet = seeded_feet(0) if feet is None else feet
     expected = find_drop_offs(
         column, *as_float64, is_floor, SENSOR_HEIGHT, DIRECTIONS, walls,
         WallFeet(feet.column, feet.height.astype(np.float64), feet.distance),
+        DropTolerances(lift=lift, widening=widening),
     )  # fmt: skip
     actual = core.find_drop_offs(
         column.astype(np.uint16), planar, height, is_floor.astype(np.uint8), SENSOR_HEIGHT,
-        DIRECTIONS, walls, feet.column.astype(np.uint16), feet.height, feet.distance,
+        DIRECTIONS, walls, feet.column.astype(np.uint16), feet.height, feet.distance, lift,
+        widening,
     )  # fmt: skip
     for found, wanted in zip(actual, (expected.begin, expected.end, expected.floor_to)):
         np.testing.assert_array_equal(found, wanted)
@@ -69,6 +72,13 @@ def test_seeded_drops(core, seed, walls):
 @pytest.mark.parametrize("seed", range(24))
 def test_seeded_feet_of_walls(core, seed):
     assert_parity(core, *seeded_drop(seed), WALLS, seeded_feet(seed))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_sensor_of_much_range_noise(core, seed):
+    column, planar, height, is_floor = seeded_drop(seed)
+    height = height + np.random.default_rng(seed).normal(0.0, 0.03, len(height)).astype(np.float32)
+    assert_parity(core, column, planar, height, is_floor, WALLS, None, 0.09, 1.7)
 
 
 def test_feet_of_walls_keep_drops_from_spreading(core):

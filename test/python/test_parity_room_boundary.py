@@ -88,6 +88,13 @@ def test_floor_among_walls_and_furniture(core, seed):
     assert_same_floor(core.fit_floor(xyz, 0.7), fit_floor(xyz.astype(np.float64), 0.7))
 
 
+@pytest.mark.parametrize("noise", [0.01, 0.04, 0.08])
+def test_floor_of_a_sensor_of_few_rings(core, noise):
+    rings = rooms.box_room((5.0, 4.0, -5.0, -4.0), 1.9, -0.7, [-25.0, -15.0, -8.0], 0.4, noise)[0]
+    for xyz in (rings.xyz, rings.xyz[rings.ring == 1]):
+        assert_same_floor(core.fit_floor(xyz, 0.7), fit_floor(xyz.astype(np.float64), 0.7))
+
+
 def test_no_floor(core):
     assert_same_floor(
         core.fit_floor(np.zeros((0, 3), np.float32), 0.7), fit_floor(np.zeros((0, 3)), 0.7)

@@ -8,8 +8,9 @@ import pytest
 import rooms
 from smoke_ground_reconstruction.params import Params
 from smoke_ground_reconstruction.pipeline import Pipeline
+from smoke_ground_reconstruction.reference.drop_edges import DropTolerances
 from smoke_ground_reconstruction.reference.drop_offs import DropOffs, find_drop_offs
-from smoke_ground_reconstruction.reference.floor_model import FloorSource, fit_floor
+from smoke_ground_reconstruction.reference.floor_model import FloorModel, FloorSource, fit_floor
 from smoke_ground_reconstruction.reference.floor_relief import find_relief
 from smoke_ground_reconstruction.reference.hidden_drops import certain_floor
 from smoke_ground_reconstruction.reference.label import Label
@@ -22,6 +23,7 @@ from smoke_ground_reconstruction.reference.posts import (
 )
 from smoke_ground_reconstruction.reference.ramp_fit import fit_ramp
 from smoke_ground_reconstruction.reference.relief_facets import Crease
+from smoke_ground_reconstruction.reference.room import floor_lift
 from smoke_ground_reconstruction.reference.room_boundary import COLUMN_DEG, RoomBoundary
 from smoke_ground_reconstruction.reference.scan import Mounting, ScanView
 from smoke_ground_reconstruction.reference.sensor_model import SensorModel
@@ -102,17 +104,35 @@ def test_covariance_of_the_plane_covers_its_error():
     assert 0.6 < np.std(errors) < 1.6
 
 
-def test_a_ranges_noise_is_told_from_the_floors_unevenness():
+@pytest.mark.parametrize("noise", [0.01, 0.06])
+def test_a_ranges_noise_is_told_from_the_floors_unevenness(noise):
     rng = np.random.default_rng(3)
     xyz = low_returns((0.0, 0.0, -0.7), 20000, 0.0)
     ranges = np.sqrt((xyz**2).sum(axis=1, keepdims=True))
-    noisy = fit_floor(xyz * (1.0 + 0.01 * rng.standard_normal((len(xyz), 1)) / ranges), 0.70)
-    assert noisy.noise == pytest.approx(0.010, rel=0.15)
-    assert noisy.uneven < 0.004
+    noisy = fit_floor(xyz * (1.0 + noise * rng.standard_normal((len(xyz), 1)) / ranges), 0.70)
+    assert noisy.noise == pytest.approx(noise, rel=0.15)
+    assert noisy.uneven < 0.004 + 0.05 * noise
     xyz[:, 2] += 0.008 * rng.standard_normal(len(xyz))
     uneven = fit_floor(xyz, 0.70)
     assert uneven.noise < 0.004
     assert uneven.uneven == pytest.approx(0.008, rel=0.15)
+
+
+def test_rings_of_one_slope_tell_the_sum_of_noise_and_unevenness():
+    """A ring at 15 deg, of 40 mm noise: its returns stray by 40 mm times its sine about the floor.
+    With fewer of a ring beside it, which tells no more than the plane's tilt, as well."""
+    azimuth = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
+    rng = np.random.default_rng(6)
+
+    def ring(elevation_deg, azimuth):
+        sine = np.sin(np.radians(elevation_deg))
+        flat = np.column_stack([np.cos(azimuth), np.sin(azimuth)]) * np.sqrt(1.0 - sine * sine)
+        beam = np.column_stack([flat, np.full(len(azimuth), -sine)])
+        return beam * (0.7 / sine + 0.04 * rng.standard_normal((len(azimuth), 1)))
+
+    assert fit_floor(ring(15.0, azimuth), 0.7).uneven == pytest.approx(0.0104, rel=0.1)
+    two = np.vstack([ring(15.0, azimuth), ring(7.5, azimuth[::2])])
+    assert fit_floor(two, 0.7).noise == pytest.approx(0.04, rel=0.15)
 
 
 def test_feet_of_one_far_wall_do_not_tilt_the_plane():
@@ -476,6 +496,34 @@ def test_a_return_from_below_ends_the_floor_where_its_beam_crossed_it():
     at = np.array([1.7, 1.9, 3.0])
     assert drops.hides(np.full(3, 10), at).tolist() == [False, True, True]
     assert not drops.hides(np.full(3, 500), at).any()
+
+
+def test_the_floor_ends_farther_before_the_edge_that_a_noisy_sensor_sees():
+    column = np.array([10, 10, 10, 10])
+    planar, height = np.array([1.8, 4.0, 4.0, 4.0]), np.array([0.0, -0.7, -0.7, -0.7])
+    wider = DropTolerances(widening=2.0)
+    drops = find_drop_offs(column, planar, height, height == 0.0, 0.7, DIRECTIONS, tolerances=wider)
+    assert drops.begin[10] == pytest.approx(1.76)  # the last measured floor, less 4 cm
+
+
+def test_what_noise_may_have_lowered_is_not_from_below_the_floor():
+    """Three sigma of 40 mm noise lower a return at 1 m from 0.7 m, 1.25 m away, by 67 mm, at 3 m by
+    27 mm; 15 mm a metre come on top."""
+    planar, height = np.array([1.0, 1.0, 3.0, 3.0]), np.array([-0.075, -0.09, -0.08, -0.09])
+    lift = floor_lift(FloorModel(np.array([0.0, 0.0, -0.7]), None, 0.0, 0.04, 0.003, None))
+    assert lift == pytest.approx(0.12 * 0.7)
+    found = DropTolerances(0.04, lift).is_below(planar, height, 0.7)
+    assert found.tolist() == [False, True, False, True]
+    found = DropTolerances(0.04).is_below(planar, height, 0.7)
+    assert found.tolist() == [True, True, False, True]
+
+
+def test_a_noisy_sensors_steep_returns_of_floor_stray_farther():
+    """At 1 m of planar range 40 mm noise lifts floor by 23 mm sigma: 0.8 lie within 30 mm of it."""
+    view, surface = rooms.box_room(WALLS, 1.9, -0.7, ELEVATIONS_DEG, 0.4, range_noise=0.04)
+    labels = reconstruct(view).labels
+    near = (surface == 0) & (np.hypot(view.xyz[:, 0], view.xyz[:, 1]) < 1.0)
+    assert np.mean(labels[near] == Label.GROUND) > 0.99
 
 
 def test_one_return_from_below_is_witness_enough_where_no_two_are():

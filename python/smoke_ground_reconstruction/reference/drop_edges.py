@@ -11,8 +11,10 @@ import numpy as np
 
 from .predicates import Direction
 
-EDGE = 0.02  # measured floor ends this far before the edge for certain [m]
-TOLERANCE = 0.03  # of a return's place against an edge [m]
+_EDGE = 0.02  # measured floor ends this far before the edge for certain, usually [m]
+_PLACE = 0.03  # tolerance of a return's place against an edge, usually [m]
+_DEPTH = 0.04  # a return so far below a level floor is none of it [m]
+_DEPTH_SLOPE = 0.015  # a return so much deeper below the floor per metre is none of it
 ACROSS = 0.15  # least cosine between a column and the normal of an edge
 
 _ANGLES, _STEP_DEG = 180, 2.0  # of an edge's normal, coarse search
@@ -30,9 +32,48 @@ _PASSED = 0.1  # floor measured so far beyond an edge shows that it does not go 
 _RESUMED = 0.15  # and floor so near behind it, that it ended before [m]
 _PASSED_COLUMNS = 2
 _WIDEST_SPAN = 90.0  # between two columns of one edge [deg]
-_CLEAR = EDGE + TOLERANCE  # measured floor lies behind an edge if it is so far behind it [m]
 _DRAWN_ON_COLUMNS = 25  # so far an edge of any direction goes on, or by
 _DRAWN_ON, _DRAWN_ON_SHARE = 0.3, 0.5  # beyond its seen ends: metres, and of its seen length
+
+
+@dataclass(frozen=True)
+class DropTolerances:
+    """What may be floor, and how well returns tell where it ends.
+
+    Attributes
+    ----------
+    depth : float
+        A return so far below the floor beneath the sensor is none of it [m].
+    lift : float
+        ... if noise does not lift or lower it: by so much times the range [m2].
+    widening : float
+        Of the places of edges, as by posts.widening_for().
+    """
+
+    depth: float = _DEPTH
+    lift: float = 0.0
+    widening: float = 1.0
+
+    @property
+    def edge(self):
+        """Measured floor ends this far before the edge for certain [m]."""
+        return _EDGE * self.widening
+
+    @property
+    def place(self):
+        """Of a return's place against an edge [m]."""
+        return _PLACE * self.widening
+
+    @property
+    def clear(self):
+        """Measured floor lies behind an edge if it is so far behind it [m]."""
+        return self.edge + self.place
+
+    def is_below(self, planar, height, sensor_height):
+        """Which returns (N,), by planar range and height, are none of the floor?"""
+        deep, down = -height - _DEPTH_SLOPE * planar, sensor_height - height
+        noisy = deep * deep * (planar * planar + down * down) <= self.lift * self.lift
+        return (deep > self.depth) & ~noisy
 
 
 @dataclass(frozen=True)
@@ -65,16 +106,16 @@ class Edge:
         return self.rho * sideways / self.across(direction)
 
 
-def find_edges(before, after, sees, directions, walls):
+def find_edges(before, after, sees, directions, walls, place):
     """The edges, each as far as it is seen, and where the drop behind it begins for certain."""
     left, edges = sees.copy(), []
     for _ in range(_MOST_EDGES):
-        likely = _likely_edges(before, after, left, directions, walls)
+        likely = _likely_edges(before, after, left, directions, walls, place)
         if not likely:
             break
         still = left.copy()
         for line in likely:
-            explained, run = _longest_run(line[:3], before, after, still, sees, directions)
+            explained, run = _longest_run(line[:3], before, after, still, sees, directions, place)
             left &= ~explained
             if run is not None:
                 edge = Edge(*line, *run)
@@ -83,7 +124,7 @@ def find_edges(before, after, sees, directions, walls):
     return edges
 
 
-def _likely_edges(before, after, use, directions, walls):
+def _likely_edges(before, after, use, directions, walls, place):
     """The line that lies between floor and drop in most columns, with most room.
 
     Its normal, its distance, whether it runs along or across a wall, and whether it does so beyond
@@ -93,7 +134,7 @@ def _likely_edges(before, after, use, directions, walls):
     use = np.flatnonzero(use)
     if len(use) < _EDGE_COLUMNS:
         return []
-    columns = before[use], after[use], directions[use]
+    columns = before[use], after[use], directions[use], place
     free = _freely_turned(columns)
     aligned = _candidates(columns, _along_and_across(walls))
     best = _first_best(aligned)
@@ -136,19 +177,19 @@ def _first_best(candidates):
     return max(candidates, key=lambda one: one.score, default=None)
 
 
-def _candidate(before, after, directions, nx, ny):
+def _candidate(before, after, directions, place, nx, ny):
     """The line with a normal that most columns agree on, just before the drop begins."""
     across = nx * directions[:, 0] + ny * directions[:, 1]
     facing = across > ACROSS
     slots = int(_FARTHEST / _SLOT)
-    low = _slot((before * across)[facing] - TOLERANCE, slots)
-    high = _slot((after * across)[facing] + TOLERANCE, slots) + 1
+    low = _slot((before * across)[facing] - place, slots)
+    high = _slot((after * across)[facing] + place, slots) + 1
     change = np.bincount(low, minlength=slots + 2) - np.bincount(high, minlength=slots + 2)
     agree = np.cumsum(change)[:slots]
     count = int(agree.max())
     room = np.flatnonzero(agree == count)
     margin = min(_SLOT * len(room), _MOST_MARGIN)
-    rho = room[-1] * _SLOT - TOLERANCE
+    rho = room[-1] * _SLOT - place
     return _Candidate(nx, ny, rho, count, count + _MARGIN_WORTH * margin)
 
 
@@ -156,14 +197,14 @@ def _slot(distance, slots):
     return np.clip(np.floor(distance / _SLOT), 0, slots).astype(np.int64)
 
 
-def _between(before, after, across, rho):
+def _between(before, after, across, rho, place):
     """Columns that see floor before a line and the drop behind it."""
     with np.errstate(invalid="ignore"):
-        agrees = (before * across <= rho + TOLERANCE) & (after * across >= rho - TOLERANCE)
+        agrees = (before * across <= rho + place) & (after * across >= rho - place)
     return agrees & (across > ACROSS)
 
 
-def _longest_run(edge, before, after, left, sees, directions):
+def _longest_run(edge, before, after, left, sees, directions, place):
     """Columns an edge explains, and (first, count) of the longest run of them, None if short.
 
     A run breaks where floor is measured beyond the edge, where columns that see a drop do not
@@ -173,7 +214,7 @@ def _longest_run(edge, before, after, left, sees, directions):
     columns = len(before)
     across = nx * directions[:, 0] + ny * directions[:, 1]
     facing = across > ACROSS
-    agrees = _between(before, after, across, rho)
+    agrees = _between(before, after, across, rho, place)
     explained = left & agrees
     against = facing & ~agrees & (sees | (before * across > rho + _PASSED)) | ~facing
     runs, at = [], np.flatnonzero(explained)
@@ -201,7 +242,7 @@ def _most_columns(at, joins, columns):
     return first, (last - first) % columns + 1
 
 
-def drawn_on(edge, taken, floor, sealed, directions):
+def drawn_on(edge, taken, floor, sealed, directions, clear):
     """Columns (two lists) into which an edge goes on, until floor is measured right behind it.
 
     One that may run otherwise goes no farther than to where no drop reaches the wall, either.
@@ -215,18 +256,18 @@ def drawn_on(edge, taken, floor, sealed, directions):
         for k in range(1, columns):
             c = (last + step * k) % columns
             across = edge.across(directions[c])
-            is_sealed = not edge.sure and sealed[c] * across > edge.rho + _CLEAR
+            is_sealed = not edge.sure and sealed[c] * across > edge.rho + clear
             if taken[c] or across <= ACROSS or is_sealed:
                 break
             far = not edge.aligned and abs(edge.along(directions[c]) - start) > farthest
-            _, resumes = floor_behind(edge, c, floor, directions)
-            if (far and k > _DRAWN_ON_COLUMNS) or resumes < edge.rho + _CLEAR + _RESUMED:
+            _, resumes = floor_behind(edge, c, floor, directions, clear)
+            if (far and k > _DRAWN_ON_COLUMNS) or resumes < edge.rho + clear + _RESUMED:
                 break
             side.append(c)
     return drawn
 
 
-def floor_behind(edge, column, floor, directions):
+def floor_behind(edge, column, floor, directions, clear):
     """Returns of floor behind an edge in a column and its two neighbours: how many, how near.
 
     The distance is that across the edge, as its own.
@@ -235,6 +276,6 @@ def floor_behind(edge, column, floor, directions):
     for c in (column - 1, column, column + 1):
         across = edge.across(directions[c % len(directions)])
         if across > 0.0:
-            more, planar = floor.beyond(c, (edge.rho + _CLEAR) / across)
+            more, planar = floor.beyond(c, (edge.rho + clear) / across)
             count, nearest = count + more, min(nearest, planar * across)
     return count, nearest

@@ -12,11 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .drop_edges import ACROSS, EDGE, TOLERANCE, drawn_on, find_edges, floor_behind
+from .drop_edges import ACROSS, DropTolerances, drawn_on, find_edges, floor_behind
 from .wall_feet import sealed_floor, steadily
 
-DEPTH = 0.04  # a return so far below a level floor is none of it [m]
-_DEPTH_SLOPE = 0.015  # a return so much deeper below the floor per metre is none of it
 _NEIGHBORS = 2  # columns to either side that share what they see
 _WITNESSES = 2  # returns that make a drop; if there is none in a scan, one does
 _WIDEST_GAP = 12  # columns between two that see a drop, which then see it too
@@ -53,7 +51,15 @@ class DropOffs:
 
 
 def find_drop_offs(
-    column, planar, height, is_floor, sensor_height, directions, walls=(), feet=None, depth=DEPTH
+    column,
+    planar,
+    height,
+    is_floor,
+    sensor_height,
+    directions,
+    walls=(),
+    feet=None,
+    tolerances=None,
 ):
     """Drops of all columns.
 
@@ -72,11 +78,10 @@ def find_drop_offs(
         of floor that was not measured.
     feet : WallFeet, optional
         Of the room's walls: where nothing is seen below them, no drop reaches them.
-    depth : float
-        A return so far below the floor beneath the sensor is none of it [m].
+    tolerances : DropTolerances, optional
     """
-    columns = len(directions)
-    below = height < -(depth + _DEPTH_SLOPE * planar)
+    columns, tolerances = len(directions), tolerances or DropTolerances()
+    below = tolerances.is_below(planar, height, sensor_height)
     crossing = planar[below] * (sensor_height / (sensor_height - height[below]))
     floor = _Floor(column[is_floor], planar[is_floor], columns)
     falls = ~_is_mirrored(column[below], crossing, floor)
@@ -95,16 +100,17 @@ def find_drop_offs(
     if not np.isfinite(witnessed[0]).any():
         witnessed = _witnessed(column[below], crossing, columns, 1)
     first, last = _joined(*witnessed)
-    _single_columns(first, last, floor, begin, end)
-    seen = _Seen(own, first, floor, steadily(sealed))
+    _single_columns(first, last, floor, begin, end, tolerances)
+    seen = _Seen(own, first, floor, steadily(sealed), tolerances)
     alone, known, ends = _along_edges(seen, directions, walls, begin, end, floor_to)
     farthest = np.maximum(floor.farthest(), sealed)
     no_room = np.full(columns, np.inf)
     if feet is not None:
         no_room = np.where(feet.distance > 0.0, feet.distance - _NARROWEST, np.inf)
     place = begin.copy() if ends.any() else seen.nearest
-    _spread(begin, known, alone, _WIDEST_SPREAD, farthest, place, no_room)
-    _spread(begin, known, ends, _SPREAD_PAST_EDGE, farthest, place, no_room)
+    room = farthest, place, no_room, tolerances.edge
+    _spread(begin, known, alone, _WIDEST_SPREAD, *room)
+    _spread(begin, known, ends, _SPREAD_PAST_EDGE, *room)
     return DropOffs(begin, end, floor_to)
 
 
@@ -189,12 +195,12 @@ def _joined(first, last):
     return first, last
 
 
-def _single_columns(first, last, floor, begin, end):
+def _single_columns(first, last, floor, begin, end, tolerances):
     """Begin and end of the drop in each column that sees one, with its neighbours."""
     for c in np.flatnonzero(np.isfinite(first)):
         around = range(c - _NEIGHBORS, c + _NEIGHBORS + 1)
         before = max(floor.last_before(k, first[c]) for k in around)
-        begin[c] = max(0.0, before - EDGE)
+        begin[c] = max(0.0, before - tolerances.edge)
         beyond = [floor.beyond(k, last[c]) for k in around]
         if sum(count for count, _ in beyond) >= _FLOOR_AGAIN:
             end[c] = min(nearest for _, nearest in beyond) + _FAR_EDGE
@@ -223,23 +229,25 @@ class _Seen:
     floor : _Floor
     sealed : float64
         How far no drop reaches the wall [m].
+    tolerances : DropTolerances
     """
 
-    def __init__(self, own, first, floor, sealed):
+    def __init__(self, own, first, floor, sealed, tolerances):
         self.after, self.falls = own, np.isfinite(first)
         self.witnessed = np.isfinite(own) & self.falls
         self.nearest = np.minimum(own, first)
         before = np.array([floor.last_around(c, self.nearest[c]) for c in range(len(own))])
         self.before = np.where(self.witnessed, before, np.maximum(before, sealed))
-        self.floor, self.sealed = floor, sealed
+        self.floor, self.sealed, self.tolerances = floor, sealed, tolerances
 
     def edges(self, directions, walls):
         """The edges that several returns show, or else one that single ones do beyond doubt."""
-        found = find_edges(self.before, self.after, self.witnessed, directions, walls)
+        seen, known = (self.before, self.after), (directions, walls, self.tolerances.place)
+        found = find_edges(*seen, self.witnessed, *known)
         single = np.isfinite(self.after)
         if np.count_nonzero(single) < _SINGLE_COLUMNS or any(edge.sure for edge, _ in found):
             return found
-        more = find_edges(self.before, self.after, single, directions, walls)
+        more = find_edges(*seen, single, *known)
         return more if any(edge.sure for edge, _ in more) else found
 
 
@@ -249,7 +257,7 @@ def _along_edges(seen, directions, walls, begin, end, floor_to):
     Returns three maps of columns: those of a drop that no edge explains, all of which a drop is
     known, and the last ones of edges.
     """
-    columns = len(seen.after)
+    columns, clear = len(seen.after), seen.tolerances.clear
     edges = seen.edges(directions, walls)
     spans = [(edge.first + np.arange(edge.count)) % columns for edge, _ in edges]
     taken, ends = np.zeros(columns, bool), np.zeros(columns, bool)
@@ -257,16 +265,16 @@ def _along_edges(seen, directions, walls, begin, end, floor_to):
         taken[span] = True
     explained = taken.copy()
     for (edge, drop), span in zip(edges, spans):
-        drawn = drawn_on(edge, taken, seen.floor, seen.sealed, directions)
-        rho = _place(edge, drop, span, drawn, seen.before, directions, begin)
+        drawn = drawn_on(edge, taken, seen.floor, seen.sealed, directions, clear)
+        rho = _place(edge, drop, span, drawn, seen, directions, begin)
         if edge.aligned:
-            told = _told(edge, span, drawn, seen.before, directions)
+            told = _told(edge, span, drawn, seen, directions)
             doubts = [] if edge.sure else [e for e, _ in edges if e.in_doubt and e is not edge]
             _tell(edge, rho, told, doubts, directions, floor_to)
         for side, last in zip(drawn, (span[0], span[-1])):
             ends[side[-1] if side else last] = True
             for c in side:
-                count, resumes = floor_behind(edge, c, seen.floor, directions)
+                count, resumes = floor_behind(edge, c, seen.floor, directions, clear)
                 if not seen.falls[c] and count >= _FLOOR_AGAIN:
                     end[c] = resumes / edge.across(directions[c]) + _FAR_EDGE
                 explained[c] = True
@@ -274,25 +282,25 @@ def _along_edges(seen, directions, walls, begin, end, floor_to):
     return alone, alone | explained, ends
 
 
-def _place(edge, drop, spanned, drawn, before, directions, begin):
+def _place(edge, drop, spanned, drawn, seen, directions, begin):
     """Ends the floor where the farthest floor before an edge was measured: that distance."""
     at = np.concatenate([spanned, drawn[0], drawn[1]]).astype(np.int64)
     across = edge.across(directions[at])
-    floor = before[at] * across
-    nearest = floor[floor <= edge.rho + TOLERANCE].max()
-    rho = min(nearest, 0.5 * (nearest + drop) - EDGE)
+    floor = seen.before[at] * across
+    nearest = floor[floor <= edge.rho + seen.tolerances.place].max()
+    rho = min(nearest, 0.5 * (nearest + drop) - seen.tolerances.edge)
     begin[at] = rho / across if edge.sure else np.minimum(begin[at], rho / across)
     return rho
 
 
-def _told(edge, spanned, drawn, before, directions):
+def _told(edge, spanned, drawn, seen, directions):
     """Columns in which floor goes on up to an edge though it is not measured.
 
     From those that see the drop to the last ones that measure floor close to the edge.
     """
     told = list(spanned)
     for side in drawn:
-        close = [k for k, c in enumerate(side) if _is_close(edge, before[c], directions[c])]
+        close = [k for k, c in enumerate(side) if _is_close(edge, seen, c, directions[c])]
         told += side[: close[-1] + 1] if close else []
     return told
 
@@ -309,12 +317,13 @@ def _tell(edge, rho, told, doubts, directions, floor_to):
         floor_to[c] = min(floor_to[c], reach) if in_doubt else reach
 
 
-def _is_close(edge, before, direction):
-    across = edge.across(direction)
-    return edge.rho / across - _CLOSE < before and before * across < edge.rho + TOLERANCE
+def _is_close(edge, seen, column, direction):
+    across, before = edge.across(direction), seen.before[column]
+    passed = before * across >= edge.rho + seen.tolerances.place
+    return edge.rho / across - _CLOSE < before and not passed
 
 
-def _spread(begin, known, starts, widest, farthest, place, no_room):
+def _spread(begin, known, starts, widest, farthest, place, no_room, before_edge):
     """A drop goes on sideways until floor is measured well beyond it: where it ends is not seen.
 
     Beyond the `place` where it is seen (columns,), that is: nearer floor only goes on up to there.
@@ -330,5 +339,5 @@ def _spread(begin, known, starts, widest, farthest, place, no_room):
                     past = max(past, min(place[c] + _BEYOND_EDGE, no_room[at]))
                 if known[at] or farthest[at] > past:
                     break
-                edge = max(edge, farthest[at] - EDGE)
+                edge = max(edge, farthest[at] - before_edge)
                 begin[at] = min(begin[at], edge)

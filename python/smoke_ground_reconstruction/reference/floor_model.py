@@ -31,9 +31,10 @@ _TUKEY = 3.0  # residuals beyond so many scales have no weight
 _UNEVEN = 0.003  # no floor is flatter, one sigma [m]
 _ROUGH = 0.01  # a floor more uneven may be two of different heights [m]
 _SMOOTHER = 0.5  # times the whole's unevenness has the one that the robot stands on
-_NOISE_LEAST, _NOISE_MOST = 0.002, 0.03  # of a range [m]
+_NOISE_LEAST, _NOISE_MOST = 0.002, 0.1  # of a range [m]
 _MAD = 1.4826  # a sigma in median absolute deviations
 _SINES, _LENGTHS = 1024.0, 20000.0  # steps in which medians are taken [1, 1/m]
+_MOST_STEPS = 1201  # up to 0.06 m
 _FEWEST = 50.0  # returns that make a plane
 _NARROWEST = 0.6  # and the length they must span across, two sigma [m]
 
@@ -224,7 +225,7 @@ def _refined(low, plane, sensor_height, params):
         scale = np.full(len(low), scale)
         plane, _, _ = _reweighted(low, plane, scale, scale * scale * together, sensor_height)
     for _ in range(_STEPS):
-        noise, uneven = _noise(np.abs(_residuals(low, plane)), sine)
+        noise, uneven = _noise(np.abs(_residuals(low, plane)), sine, scale)
         lift = noise * sine
         scale = np.sqrt(lift * lift + uneven * uneven)
         variance = lift * lift + (uneven * uneven) * together
@@ -279,20 +280,21 @@ def _reweighted(low, plane, scale, variance, sensor_height):
     return times(covariance, (xz, yz, sz - sensor_height * height)), weight, covariance
 
 
-def _noise(residual, sine):
+def _noise(residual, sine, scale):
     """One sigma of a range, and of the floor's own unevenness [m].
 
     A height's variance is (noise sine)^2 + unevenness^2; the medians of the steeper and of the
-    flatter half of the returns tell both.
+    flatter half of the returns tell both; returns of one slope the sum, which passes for the
+    latter. Residuals beyond three of the scales (N,) of the step before tell nothing.
     """
-    near = residual < _TUKEY * _SCALES[-1]
+    near = residual < _TUKEY * np.maximum(scale, _SCALES[-1])
     residual, sine = residual[near], sine[near]
     if len(sine) < _FEWEST:
         return _NOISE_LEAST, _UNEVEN
-    middle = _median(sine, _SINES)
+    middle = _median(sine, _SINES) - 0.5 / _SINES
     steep = sine >= middle
-    if steep.all() or not steep.any():
-        return _NOISE_LEAST, _UNEVEN
+    if steep.all():
+        return _NOISE_LEAST, max(_UNEVEN, _MAD * _median(residual, _LENGTHS))
     deviation = [_MAD * _median(residual[half], _LENGTHS) for half in (steep, ~steep)]
     median_sine = [_median(sine[half], _SINES) for half in (steep, ~steep)]
     high, low = (value * value for value in deviation)
@@ -305,7 +307,8 @@ def _noise(residual, sine):
 
 def _median(values, per_unit):
     """Median of values >= 0, in steps of 1 / per_unit."""
-    counts = np.cumsum(np.bincount((values * per_unit).astype(np.int64)))
+    slot = np.minimum((values * per_unit).astype(np.int64), _MOST_STEPS)
+    counts = np.cumsum(np.bincount(slot))
     return (np.argmax(counts > (counts[-1] - 1) // 2) + 0.5) / per_unit
 
 

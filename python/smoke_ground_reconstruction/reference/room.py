@@ -6,6 +6,7 @@ import numpy as np
 
 from . import wall_feet
 from .cells import cell_keys, cell_numbers
+from .drop_edges import DropTolerances
 from .drop_offs import find_drop_offs
 from .floor_relief import FLAT, FLATNESS, HIGHEST, LOWEST, find_relief
 from .hidden_drops import certain_floor
@@ -67,7 +68,9 @@ class Room:
     Attributes
     ----------
     tolerance : float
-        A return so near to the plane may be floor [m].
+        A return so near to the plane may be floor [m],
+    lift : float
+        or so near times its range [m2].
     spread : float
         How far walls' returns stray, as by spread_of_walls() [m].
     widening : float
@@ -77,6 +80,7 @@ class Room:
     def __init__(self, xyz, intensity, floor, rotation, bins, params):
         self.params = params
         self.tolerance = params.floor_tolerance or floor_tolerance(floor)
+        self.lift = 0.0 if params.floor_tolerance > 0.0 else floor_lift(floor)
         self.rotation = rotation
         self.xyz = rotated(rotation, xyz).astype(np.float64)
         self.intensity = intensity
@@ -89,7 +93,7 @@ class Room:
         self.planar = np.sqrt(x * x + y * y).astype(np.float32).astype(np.float64)
         self.column = bins.index(x, y)
         self.ceiling = ceiling_height(self.height, self.planar, self.column)
-        self.is_low = (np.abs(self.height) < self.tolerance) & (self.planar < params.max_range)
+        self.is_low = self._on_floor() & (self.planar < params.max_range)
         self.is_soft = self._soft()
         self.can_be_wall = (self.height > params.min_wall_height) & ~self.is_soft
         self.can_be_wall &= self.height < self.ceiling - _BELOW_CEILING
@@ -101,14 +105,23 @@ class Room:
         self.posts = find_posts(*vars(self.returns).values(), self.widening)
         self.relief = FLAT
 
+    def _on_floor(self):
+        """Which returns lie on the plane, as far as their noise lets them?"""
+        x, y, z = self.xyz.astype(np.float32).T
+        height = self.height.astype(np.float32)
+        lifted = height * height * ((x * x + y * y) + z * z)
+        return (np.abs(self.height) < self.tolerance) | (lifted < np.float32(self.lift * self.lift))
+
     def _soft(self):
         """Returns of smoke near the sensor: weaker, range apart, than walls are beside the floor.
 
         Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
         """
+        near = self.planar < min(_FLOOR_RANGE, self.params.max_range)
+        near &= np.abs(self.height) < self.tolerance
         for fewest in (_LOOKED_AT, len(self.xyz)):
             some = sample(len(self.xyz), fewest)
-            floor = some[self.is_low[some] & (self.planar[some] < _FLOOR_RANGE)]
+            floor = some[near[some]]
             if len(floor) >= _STRENGTHS:
                 break
         if len(floor) == 0:
@@ -304,8 +317,13 @@ class Room:
             directions,
             self._wall_normals(),
             self._wall_feet(),
-            self.params.drop_depth or self.tolerance + _DROP,
+            self._drop_tolerances(),
         )
+
+    def _drop_tolerances(self):
+        if self.params.drop_depth > 0.0:
+            return DropTolerances(self.params.drop_depth, 0.0, self.widening)
+        return DropTolerances(self.tolerance + _DROP, self.lift, self.widening)
 
     def flatness(self):
         """How far the floor may stray from its plane per metre away from where it is measured [m].
@@ -408,6 +426,12 @@ def _is_median_between(count, below_top, below_bottom):
 def floor_tolerance(floor):
     """How near to the plane floor lies [m], from the unevenness that the scan tells."""
     return min(max(_ON_FLOOR, _UNEVENNESS * floor.uneven), _ON_FLOOR_MOST)
+
+
+def floor_lift(floor):
+    """How near to the plane floor lies, times the range [m2], where a range's noise lifts it: noise
+    times the sine of the grazing angle, the sensor's height over the range."""
+    return _UNEVENNESS * floor.noise * -float(floor.plane[2])
 
 
 def upright_candidates(plane):
