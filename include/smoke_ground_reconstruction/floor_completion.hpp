@@ -79,6 +79,13 @@ class FloorCompletion {
     double up_slope, lowest;  // of the slopes
     bool is_level;            // does each meet the floor in the column of its azimuth?
   };
+  /// What single precision tells of many places at once: whether they need be looked at.
+  struct Screen {
+    std::vector<float> x, y, slope;    // of beams, padded with such as never meet the floor
+    std::vector<float> reach;          // squares of planar ranges: no claim is as far [m2]
+    std::vector<std::uint32_t> cells;  // CellSet::kAlways where no floor is to be drawn
+    std::vector<std::uint32_t> chosen;
+  };
 
   void findMeasured(const Room& room);
   void findSurelyFloor(const Room& room);
@@ -86,7 +93,9 @@ class FloorCompletion {
   void drawOn(const Room& room);
   void layBeams(const Room& room, const Mounting& mounting);
   bool mayMeetFloor(double tangent, double farthest) const;
-  void cutBeams(double tangent);
+  void layScreen();
+  std::size_t chooseBeams(double tangent);
+  void cutBeams(double tangent, std::size_t count);
   void raise(FloorRelief* relief);
   void drawBeams(const Room& room, const SensorModel& sensor, const Mounting& mounting);
   void drawFill(const Room& room);
@@ -109,6 +118,7 @@ class FloorCompletion {
   FloorClaim claim_;
   DrawnFloor drawn_;
   Beams beams_ = {};
+  Screen screen_;
   Stretch stretch_;
   Points level_;
   std::vector<std::uint16_t> column_;  // of measured returns, and their planar ranges

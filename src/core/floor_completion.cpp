@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "cell_guess.hpp"
 #include "lanes.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
@@ -255,17 +256,21 @@ void FloorCompletion::raise(FloorRelief* relief) {
 void FloorCompletion::drawBeams(const Room& room, const SensorModel& sensor,
                                 const Mounting& mounting) {
   layBeams(room, mounting);
-  const std::size_t columns = directions_.count();
+  layScreen();
   const double farthest = *std::max_element(claim_.limit.begin(), claim_.limit.end());
   for (const std::uint16_t ring : sensor.ringsByElevation()) {
     const double tangent = sensor.tangent(ring);
     if (!mayMeetFloor(tangent, farthest)) continue;
-    cutBeams(tangent);
-    if (!beams_.is_level) {
-      bins_.indices(stretch_.x.data(), stretch_.y.data(), columns, stretch_.column.data());
-      lookUpClaim(room.drops(), columns);
+    const std::size_t count = chooseBeams(tangent);
+    if (count == 0) continue;
+    cutBeams(tangent, count);
+    if (beams_.is_level) {
+      std::copy_n(screen_.chosen.begin(), count, stretch_.column.begin());
+    } else {
+      bins_.indices(stretch_.x.data(), stretch_.y.data(), count, stretch_.column.data());
     }
-    if (findClaimed(columns)) keep(columns, ring);
+    lookUpClaim(room.drops(), count);
+    if (findClaimed(count)) keep(count, ring);
   }
 }
 
@@ -281,9 +286,7 @@ void FloorCompletion::layBeams(const Room& room, const Mounting& mounting) {
     beams_.y[c] = turn[3] * cosine + turn[4] * sine;
     beams_.z[c] = turn[6] * cosine + turn[7] * sine;
     beams_.slope[c] = beams_.z[c] - (plane[0] * beams_.x[c] + plane[1] * beams_.y[c]);
-    stretch_.column[c] = static_cast<std::uint32_t>(c);
   }
-  lookUpClaim(room.drops(), columns);
   beams_.up = {turn[2], turn[5], turn[8]};
   beams_.up_slope = turn[8] - (plane[0] * turn[2] + plane[1] * turn[5]);
   beams_.plane = plane;
@@ -301,13 +304,70 @@ bool FloorCompletion::mayMeetFloor(double tangent, double farthest) const {
   return beams_.lowest + tangent * beams_.up_slope < std::min(steepest, kFlattest) + kMargin;
 }
 
-/// Cuts a ring's beams with the floor's plane; those that never meet it end at infinity.
+void FloorCompletion::layScreen() {
+  const auto& limit = claim_.limit;
+  const double farthest = *std::max_element(limit.begin(), limit.end());
+  const std::size_t columns = limit.size(), padded = (columns + kLanes - 1) / kLanes * kLanes;
+  for (auto* values : {&screen_.x, &screen_.y, &screen_.slope, &screen_.reach}) {
+    values->assign(padded, 0.0F);
+  }
+  screen_.cells.resize(padded);
+  screen_.chosen.resize(padded);
+  for (std::size_t c = 0; c < columns; ++c) {
+    screen_.x[c] = static_cast<float>(beams_.x[c]);
+    screen_.y[c] = static_cast<float>(beams_.y[c]);
+    screen_.slope[c] = static_cast<float>(beams_.slope[c]);
+    const double reach = 1.001 * (beams_.is_level ? limit[c] : farthest) + 1e-3;
+    screen_.reach[c] = static_cast<float>(reach * reach);
+  }
+}
+
+/// Which of a ring's beams may meet claimed floor that was not measured. Tells their number.
 SMOKE_GROUND_MULTIVERSION
-void FloorCompletion::cutBeams(double tangent) {
+std::size_t FloorCompletion::chooseBeams(double tangent) {
+  constexpr double kSlopeError = 1e-6;  // in single precision
+  const CellGrid& grid = measured_cells_.grid();
+  const CellGuess guess(grid);
+  const double height = beams_.plane[2];
+  const auto drop = static_cast<float>(height),
+             up_slope = static_cast<float>(beams_.up_slope * tangent);
+  const auto up_x = static_cast<float>(beams_.up[0] * tangent),
+             up_y = static_cast<float>(beams_.up[1] * tangent);
+  const auto per_square = static_cast<float>(kSlopeError / (std::fabs(height) * grid.size()));
+  const float *const beam_x = screen_.x.data(), *const beam_y = screen_.y.data();
+  const float *const beam_slope = screen_.slope.data(), *const reach = screen_.reach.data();
+  std::uint32_t* const cells = screen_.cells.data();
+  for (std::size_t i = 0; i < screen_.x.size(); i += kLanes) {
+    const Floats slope = loadLanes(beam_slope + i) + up_slope;
+    const Floats along = drop / slope;
+    const Floats x = along * (loadLanes(beam_x + i) + up_x);
+    const Floats y = along * (loadLanes(beam_y + i) + up_y);
+    const Floats square = x * x + y * y;
+    const Ints may_be =
+        (slope < static_cast<float>(kFlattest + kSlopeError)) & (square < loadLanes(reach + i));
+    const Ints cell = guess.at(x, y, CellGuess::kDoubt + per_square * square);
+    const Ints asked = may_be ? cell : static_cast<std::int32_t>(CellSet::kAlways) + Ints{};
+    std::memcpy(cells + i, &asked, sizeof(asked));
+  }
+  std::size_t count = 0;
+  std::uint32_t* const chosen = screen_.chosen.data();
+  for (std::uint32_t c = 0, columns = static_cast<std::uint32_t>(beams_.x.size()); c < columns;
+       ++c) {
+    chosen[count] = c;
+    count += measured_cells_.contains(cells[c]) ? 0U : 1U;
+  }
+  return count;
+}
+
+/// Cuts the chosen beams of a ring with the floor's plane; those that never meet it end at
+/// infinity.
+SMOKE_GROUND_MULTIVERSION
+void FloorCompletion::cutBeams(double tangent, std::size_t count) {
   const auto [a, b, c] = beams_.plane;
   const auto [up_x, up_y, up_z] = beams_.up;
   Stretch& to = stretch_;
-  for (std::size_t i = 0; i < beams_.x.size(); ++i) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::uint32_t i = screen_.chosen[k];
     const double ray_x = beams_.x[i] + up_x * tangent;
     const double ray_y = beams_.y[i] + up_y * tangent;
     const double ray_z = beams_.z[i] + up_z * tangent;
@@ -317,10 +377,10 @@ void FloorCompletion::cutBeams(double tangent) {
     const auto y = static_cast<float>(along * ray_y);
     const double planar = std::sqrt(static_cast<double>(x) * static_cast<double>(x) +
                                     static_cast<double>(y) * static_cast<double>(y));
-    to.x[i] = x;
-    to.y[i] = y;
-    to.z[i] = static_cast<float>(along * ray_z);
-    to.planar[i] = slope < kFlattest ? planar : kInfinity;
+    to.x[k] = x;
+    to.y[k] = y;
+    to.z[k] = static_cast<float>(along * ray_z);
+    to.planar[k] = slope < kFlattest ? planar : kInfinity;
   }
 }
 
