@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/occupancy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -17,28 +18,61 @@ namespace {
 
 constexpr double kMostCells = 10000.0;  // from the sensor to the edge of the grid
 
-/// Memory for points.
-struct Memory {
-  Recycled<float> x, y, z;
+/// Points that are worked on together.
+struct Block {
+  static constexpr std::size_t kMost = 512;
 
-  explicit Memory(std::size_t most) : x(most), y(most), z(most) {}
+  std::array<float, kMost> x, y, z;
+
   PointArrays arrays(std::size_t size) const { return {x.data(), y.data(), z.data(), size}; }
 };
 
 /// Some points of a scan.
-/// \param which  tells the number in the scan of the first, second... of them.
-template <typename Which>
-PointArrays gather(const ScanView& scan, std::size_t size, const Which& which, Memory* memory) {
-  float *const x = memory->x.data(), *const y = memory->y.data(), *const z = memory->z.data();
-  const ScanView from = scan;  // which nothing that is written can be part of
-  for (std::size_t k = 0; k < size; ++k) {
-    const std::size_t i = which(k);
-    x[k] = from.x[i];
-    y[k] = from.y[i];
-    z[k] = from.z[i];
+class ScanPoints {
+ public:
+  /// \param which  tell the numbers in the scan of `size` points; null: all of them.
+  ScanPoints(const ScanView& scan, const std::uint32_t* which, std::size_t size)
+      : scan_(scan), which_(which), size_(size) {}
+
+  std::size_t size() const { return size_; }
+  PointArrays take(std::size_t begin, std::size_t count, Block* block) const {
+    constexpr std::size_t kAhead = 40;  // points: as long as memory lets us wait
+    const ScanView from = scan_;        // which nothing that is written can be part of
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t i = numberOf(begin + k);
+      if (begin + k + kAhead < size_) fetch(from, numberOf(begin + k + kAhead));
+      block->x[k] = from.x[i];
+      block->y[k] = from.y[i];
+      block->z[k] = from.z[i];
+    }
+    return block->arrays(count);
   }
-  return memory->arrays(size);
-}
+
+ private:
+  std::size_t numberOf(std::size_t k) const { return which_ == nullptr ? k : which_[k]; }
+  /// Some of a scan lies too far from the last to be foreseen by the processor.
+  static void fetch(const ScanView& scan, std::size_t i) {
+    __builtin_prefetch(scan.x.data() + static_cast<std::ptrdiff_t>(i) * scan.x.stride());
+  }
+
+  ScanView scan_;
+  const std::uint32_t* which_;
+  std::size_t size_;
+};
+
+/// Those of a surface.
+class SurfacePoints {
+ public:
+  explicit SurfacePoints(const FloorSurface& surface) : surface_(surface) {}
+
+  std::size_t size() const { return surface_.size(); }
+  PointArrays take(std::size_t begin, std::size_t count, Block* /*block*/) const {
+    return {surface_.x.data() + begin, surface_.y.data() + begin, surface_.z.data() + begin, count};
+  }
+
+ private:
+  const FloorSurface& surface_;
+};
 
 /// Are all of them returns that lie nearer than a range?
 SMOKE_GROUND_MULTIVERSION
@@ -55,7 +89,7 @@ bool areAllNear(const PointArrays& points, float range) {
 
 /// The returns within a planar range, in the level frame.
 PointArrays levelled(const PointArrays& points, const Mounting& mounting, double range,
-                     Memory* memory) {
+                     Block* memory) {
   constexpr double kClear = 0.999;  // of the range: what is nearer is surely within it
   float *const x = memory->x.data(), *const y = memory->y.data(), *const z = memory->z.data();
   if (areAllNear(points, static_cast<float>(kClear * range))) {
@@ -75,18 +109,6 @@ PointArrays levelled(const PointArrays& points, const Mounting& mounting, double
   return memory->arrays(count);
 }
 
-/// Columns or rows of cells.
-using Numbers = Recycled<std::int32_t>;
-
-struct Cells {
-  Numbers column, row;
-
-  Cells(const PointArrays& places, double resolution) : column(places.size), row(places.size) {
-    cellNumbers(places.x, places.size, resolution, column.data());
-    cellNumbers(places.y, places.size, resolution, row.data());
-  }
-};
-
 struct Bounds {
   std::int32_t lowest = std::numeric_limits<std::int32_t>::max();
   std::int32_t highest = std::numeric_limits<std::int32_t>::lowest();
@@ -104,8 +126,48 @@ Bounds widened(Bounds bounds, const std::int32_t* numbers, std::size_t size) {
   return {lowest, highest};
 }
 
-Bounds boundsOf(const Numbers& floor, const Numbers& wall) {
-  return widened(widened(Bounds(), floor.data(), floor.size()), wall.data(), wall.size());
+/// The columns or rows of points.
+class Numbers {
+ public:
+  explicit Numbers(std::size_t most) : numbers_(most) {}
+
+  /// Appends those of coordinates.
+  void add(const float* values, std::size_t count, double resolution) {
+    std::int32_t* const to = numbers_.data() + size_;
+    cellNumbers(values, count, resolution, to);
+    bounds_ = widened(bounds_, to, count);
+    size_ += count;
+  }
+  const std::int32_t* data() const { return numbers_.data(); }
+  std::size_t size() const { return size_; }
+  const Bounds& bounds() const { return bounds_; }
+
+ private:
+  Recycled<std::int32_t> numbers_;
+  std::size_t size_ = 0;
+  Bounds bounds_;
+};
+
+/// Those of the returns within a planar range, in the level frame.
+struct Cells {
+  Numbers column, row;
+
+  template <typename SomePoints>
+  Cells(const SomePoints& points, const Mounting& mounting, double range, double resolution)
+      : column(points.size()), row(points.size()) {
+    Block taken, level;
+    for (std::size_t begin = 0; begin < points.size(); begin += Block::kMost) {
+      const std::size_t count = std::min(Block::kMost, points.size() - begin);
+      const PointArrays places =
+          levelled(points.take(begin, count, &taken), mounting, range, &level);
+      column.add(places.x, places.size, resolution);
+      row.add(places.y, places.size, resolution);
+    }
+  }
+};
+
+Bounds together(const Bounds& a, const Bounds& b) {
+  return {std::min(a.lowest, b.lowest), std::max(a.highest, b.highest)};
 }
 
 void paint(const Cells& cells, std::int8_t value, OccupancyGrid* grid) {
@@ -120,8 +182,8 @@ void paint(const Cells& cells, std::int8_t value, OccupancyGrid* grid) {
 
 /// The grid that holds all cells; where floor and wall share one, it is a wall's.
 void draw(const Cells& floor, const Cells& wall, OccupancyGrid* grid) {
-  const Bounds columns = boundsOf(floor.column, wall.column);
-  const Bounds rows = boundsOf(floor.row, wall.row);
+  const Bounds columns = together(floor.column.bounds(), wall.column.bounds());
+  const Bounds rows = together(floor.row.bounds(), wall.row.bounds());
   grid->first_column = columns.lowest;
   grid->first_row = rows.lowest;
   grid->width = columns.size();
@@ -138,20 +200,16 @@ void check(double resolution, double max_range) {
           "> 0 and at most 10000 cells", max_range);
 }
 
-/// \param walls  in the sensor frame.
-void rasterizeAll(const FloorSurface& surface, const PointArrays& walls, const Mounting& mounting,
+void rasterizeAll(const FloorSurface& surface, const ScanPoints& walls, const Mounting& mounting,
                   double resolution, double max_range, OccupancyGrid* grid) {
-  Memory level_walls(walls.size), level_floor(surface.size());
-  const PointArrays wall = levelled(walls, mounting, max_range, &level_walls);
-  const PointArrays floor =
-      levelled({surface.x.data(), surface.y.data(), surface.z.data(), surface.size()}, mounting,
-               max_range, &level_floor);
+  const Cells wall(walls, mounting, max_range, resolution);
+  const Cells floor(SurfacePoints(surface), mounting, max_range, resolution);
   grid->resolution = resolution;
   grid->first_column = grid->first_row = 0;
   grid->width = grid->height = 0;
   grid->cells.clear();
-  if (floor.size + wall.size == 0) return;
-  draw(Cells(floor, resolution), Cells(wall, resolution), grid);
+  if (floor.column.size() + wall.column.size() == 0) return;
+  draw(floor, wall, grid);
 }
 
 }  // namespace
@@ -166,9 +224,7 @@ OccupancyGrid rasterize(const FloorSurface& surface, const ScanView& walls,
 void rasterize(const FloorSurface& surface, const ScanView& walls, const Mounting& mounting,
                double resolution, double max_range, OccupancyGrid* grid) {
   check(resolution, max_range);
-  Memory memory(walls.size);
-  const auto all = [](std::size_t k) { return k; };
-  rasterizeAll(surface, gather(walls, walls.size, all, &memory), mounting, resolution, max_range,
+  rasterizeAll(surface, ScanPoints(walls, nullptr, walls.size), mounting, resolution, max_range,
                grid);
 }
 
@@ -178,10 +234,8 @@ void rasterize(const FloorSurface& surface, const ScanView& scan, const std::vec
   Recycled<std::uint32_t> walls;
   listWhere(reinterpret_cast<const std::uint8_t*>(labels.data()), scan.size, 0xFF,
             static_cast<std::uint8_t>(Label::kWall), &walls);
-  Memory memory(walls.size());
-  const auto wall = [first = walls.data()](std::size_t k) { return first[k]; };
-  rasterizeAll(surface, gather(scan, walls.size(), wall, &memory), mounting, resolution, max_range,
-               grid);
+  rasterizeAll(surface, ScanPoints(scan, walls.data(), walls.size()), mounting, resolution,
+               max_range, grid);
 }
 
 }  // namespace smoke_ground_reconstruction
