@@ -150,21 +150,23 @@ void RoomBoundary::pickWedges() {
 
 void RoomBoundary::label(const Room& room, const FloorClaim& claim,
                          std::vector<Label>* labels) const {
-  const auto label_of = [&room](std::size_t k) {
-    constexpr int kKept = static_cast<int>(Label::kKept), kNoise = static_cast<int>(Label::kNoise);
-    return static_cast<Label>(kKept + (kNoise - kKept) * (room.isSoft(k) ? 1 : 0));
-  };
-  Label* const label = labels->data();
-  const std::uint32_t* const point = valid_.data();
   const std::size_t size = valid_.size();
+  Label* const label = labels->data();
+  // Places of returns among the points of the scan: their own where all points are returns.
+  const auto tell = [&room, &claim, size, label](const auto& place) {
+    constexpr int kKept = static_cast<int>(Label::kKept), kNoise = static_cast<int>(Label::kNoise);
+    for (std::size_t k = 0; k < size; ++k) {
+      label[place(k)] = static_cast<Label>(kKept + (kNoise - kKept) * (room.isSoft(k) ? 1 : 0));
+    }
+    for (const std::uint32_t k : room.onWalls()) label[place(k)] = Label::kWall;
+    for (const std::uint32_t k : claim.measured) label[place(k)] = Label::kGround;
+  };
   if (size == labels->size()) {
-    for (std::size_t k = 0; k < size; ++k) label[k] = label_of(k);
+    tell([](std::size_t k) { return k; });
   } else {
     labels->assign(labels->size(), Label::kInvalid);
-    for (std::size_t k = 0; k < size; ++k) label[point[k]] = label_of(k);
+    tell([point = valid_.data()](std::size_t k) { return point[k]; });
   }
-  for (const std::uint32_t k : room.onWalls()) label[point[k]] = Label::kWall;
-  for (const std::uint32_t k : claim.measured) label[point[k]] = Label::kGround;
 }
 
 }  // namespace smoke_ground_reconstruction
