@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "azimuth.hpp"
@@ -134,6 +135,18 @@ struct Around {
   explicit Around(std::size_t rows)
       : x(rows * kSpan), y(x.size()), z(x.size()), surely(rows * kWidth), possibly(surely.size()) {}
 };
+
+/// The rows of a stripe with the columns around it. \param from  the stripe's first place, between
+/// those of others.
+SMOKE_GROUND_MULTIVERSION
+void takeRows(const float* from, std::size_t rows, float* to) {
+  const std::size_t size = rows * kWidth;
+  for (const float* row = from; row < from + size; row += kWidth, to += kSpan) {
+    std::memcpy(to, row - size + kWidth - kHalo, kHalo * sizeof(float));
+    std::memcpy(to + kHalo, row, kWidth * sizeof(float));
+    std::memcpy(to + kHalo + kWidth, row + size, kHalo * sizeof(float));
+  }
+}
 
 SMOKE_GROUND_PART void lookAt(const Around& around, std::size_t at, const Balls& balls,
                               Found* found) {
@@ -317,8 +330,8 @@ class RasterCrowds {
 
   void findOutsiders(std::vector<std::uint8_t>* is_outside) {
     Around around(layers_ * raster_.rows);
+    Recycled<std::uint32_t> outside_aside;
     is_lonely_[raster_.nowhere()] = 0;
-    is_outside->assign(scan_.size(), 0);
     for (std::size_t stripe = 0; stripe < raster_.stripes; ++stripe) {
       takeStripe(stripe, &around);
       takeAsides(stripe);
@@ -327,16 +340,18 @@ class RasterCrowds {
       answer(stripe, around);
       for (const Aside& aside : asides_) {
         if (aside.isInStripe() && isOutside(aside.at, aside.row, around)) {
-          (*is_outside)[aside.point] = 1;
+          outside_aside.push_back(aside.point);
         }
       }
     }
+    is_outside->resize(scan_.size());
     const std::uint32_t* const place = raster_.place.data();
     const std::int8_t* const is_lonely = is_lonely_.data();
     std::uint8_t* const flag = is_outside->data();
     for (std::size_t i = 0, size = scan_.size(); i < size; ++i) {
-      flag[i] = static_cast<std::uint8_t>(flag[i] | (is_lonely[place[i]] & 1));  // no branches
+      flag[i] = static_cast<std::uint8_t>(is_lonely[place[i]] & 1);  // no branches
     }
+    for (const std::uint32_t point : outside_aside) flag[point] = 1;
   }
 
  private:
@@ -410,31 +425,31 @@ class RasterCrowds {
   void takeStripe(std::size_t stripe, Around* around) const {
     const bool is_inside = stripe > 0 && stripe * kWidth + kWidth + kHalo <= raster_.columns;
     if (!is_inside) return takeColumns(stripe, around);
-    for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
-      const Reach& reach = reaches_[row % raster_.rows];
-      if (reach.begin == reach.end) continue;  // nothing there
-      const std::size_t to = row * kSpan;
-      copy<kHalo>(placeOf(stripe - 1, row) + kWidth - kHalo, to, around);
-      copy<kWidth>(placeOf(stripe, row), to + kHalo, around);
-      copy<kHalo>(placeOf(stripe + 1, row), to + kHalo + kWidth, around);
+    for (std::size_t layer = 0; layer < layers_; ++layer) {
+      const std::size_t first_row = layer * raster_.rows;
+      const std::size_t from = placeOf(stripe, first_row);
+      const std::size_t to = first_row * kSpan;
+      takeRows(&raster_.x[from], raster_.rows, &around->x[to]);
+      takeRows(&raster_.y[from], raster_.rows, &around->y[to]);
+      takeRows(&raster_.z[from], raster_.rows, &around->z[to]);
     }
   }
 
   /// The same across +x.
   void takeColumns(std::size_t stripe, Around* around) const {
+    std::array<std::size_t, kSpan> from;  // in row 0
     for (std::size_t k = 0; k < kSpan; ++k) {
       const std::size_t column = (stripe * kWidth + k + raster_.columns - kHalo) % raster_.columns;
-      for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
-        copy<1>(placeOf(column / kWidth, row) + column % kWidth, row * kSpan + k, around);
+      from[k] = placeOf(column / kWidth, 0) + column % kWidth;
+    }
+    for (std::size_t row = 0; row < layers_ * raster_.rows; ++row) {
+      const std::size_t in_row = placeOf(0, row);
+      for (std::size_t k = 0; k < kSpan; ++k) {
+        around->x[row * kSpan + k] = raster_.x[in_row + from[k]];
+        around->y[row * kSpan + k] = raster_.y[in_row + from[k]];
+        around->z[row * kSpan + k] = raster_.z[in_row + from[k]];
       }
     }
-  }
-
-  template <std::size_t size>
-  void copy(std::size_t from, std::size_t to, Around* around) const {
-    std::memcpy(&around->x[to], &raster_.x[from], size * sizeof(float));
-    std::memcpy(&around->y[to], &raster_.y[from], size * sizeof(float));
-    std::memcpy(&around->z[to], &raster_.z[from], size * sizeof(float));
   }
 
   /// The extras in and beside a stripe, which may be those of five.
