@@ -95,7 +95,8 @@ std::uint32_t AzimuthBins::beside(std::uint32_t edge, float x, float y) const {
   const bool is_at_seam = edge == 0 || edge >= count();
   const bool has_direction = std::fabs(x) + std::fabs(y) > kShort;
   if (is_at_seam || !has_direction) return static_cast<std::uint32_t>(index(x, y));
-  return isAtOrAfter(edges_[edge], x, y) ? edge : edge - 1;
+  const bool is_before = !isAtOrAfter(edges_[edge], x, y);
+  return edge - static_cast<std::uint32_t>(is_before);  // no branch: rounding decides
 }
 
 void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
