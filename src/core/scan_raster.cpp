@@ -13,7 +13,9 @@ namespace {
 // More places are mostly empty, and cost more to clear and to look at than sorting does.
 constexpr std::size_t kMostPlaces = 1 << 19;
 constexpr std::size_t kMostPlacesPerPoint = 16;
-constexpr std::size_t kFewExtras = 32;  // one point in so many
+constexpr std::size_t kFewExtras = 32;   // one point in so many
+constexpr std::size_t kManyExtras = 16;  // of the first points: there will not be few of all
+constexpr std::size_t kFirstPoints = 4096;
 constexpr std::uint32_t kColumns = ScanRaster::kWidth;
 constexpr std::size_t kAtOnce = 1024;  // points, whose bins fit into the fastest memory
 
@@ -75,8 +77,13 @@ void ScanRaster::fill(const Scan& scan, const std::vector<Label>& labels, const 
     toPlaces(&scan.ring[begin], &labels[begin], &scan.valid[begin], &scan.x[begin], size, nowhere(),
              static_cast<std::uint32_t>(rows) * kColumns, &place[begin], used_x.data());
     has_second ? putInTwo(scan, used_x.data(), begin, size) : put(scan, used_x.data(), begin, size);
-    if (extras.size() > most_extras && !has_second && most_layers > 1) addSecond(scan);
-    is_crowded = extras.size() > most_extras;
+    const std::size_t done = begin + size;
+    const auto are_many = [&] {
+      const bool are_many_so_far = done >= kFirstPoints && extras.size() > done / kManyExtras;
+      return extras.size() > most_extras || are_many_so_far;
+    };
+    if (are_many() && !has_second && most_layers > 1) addSecond(scan);
+    is_crowded = are_many();
   }
 }
 
