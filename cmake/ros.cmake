@@ -14,6 +14,7 @@ smoke_ground_add_library(ros
   src/ros/param_conversions.cpp
   src/ros/room_findings.cpp
   src/ros/scan_layout.cpp
+  src/ros/scan_queue.cpp
   src/ros/sensor_models.cpp
   src/ros/stage_health.cpp
   src/ros/stage_timing.cpp

@@ -15,6 +15,9 @@ namespace smoke_ground_reconstruction {
 
 /// Takes smoke out of a cloud: ~input -> ~denoised and ~noise.
 class DenoiserNodelet : public LazyNodelet {
+ public:
+  ~DenoiserNodelet() override { endScans(); }
+
  private:
   void setUp() override {
     params_ = std::make_unique<TunableParams<DenoiserConfig>>(getMTPrivateNodeHandle());
@@ -26,8 +29,8 @@ class DenoiserNodelet : public LazyNodelet {
   }
 
   void startListening() override {
-    input_sub_ = getPrivateNodeHandle().subscribe("input", queueSize(), &DenoiserNodelet::onCloud,
-                                                  this, ros::TransportHints().tcpNoDelay());
+    input_sub_ = inputHandle().subscribe("input", queueSize(), &DenoiserNodelet::onCloud, this,
+                                         ros::TransportHints().tcpNoDelay());
   }
 
   void stopListening() override { input_sub_.shutdown(); }

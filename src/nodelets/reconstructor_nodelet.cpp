@@ -44,6 +44,9 @@ void checkFrame(const PointCloud2& scan, const CutCloud& part, const char* topic
 /// polar_segments takes ~input (the raw scan), ~ground and ~walls of one stamp. room_boundary
 /// denoises and segments by itself: it takes ~input alone and lets the stages before sleep.
 class ReconstructorNodelet : public LazyNodelet {
+ public:
+  ~ReconstructorNodelet() override { endScans(); }
+
  private:
   void setUp() override {
     sensors_ = std::make_unique<SensorModels>(getPrivateNodeHandle());
@@ -62,7 +65,7 @@ class ReconstructorNodelet : public LazyNodelet {
     markers_pub_ = advertiseOutput<visualization_msgs::MarkerArray>("markers");
   }
 
-  /// The inputs hang on the method. Changed on the queue of the scans: none is in work then.
+  /// The inputs hang on the method. Changed on the queue on which listeners come and go.
   void onParams() {
     switch_timer_ = getPrivateNodeHandle().createWallTimer(
         ros::WallDuration(0.0),
@@ -73,20 +76,20 @@ class ReconstructorNodelet : public LazyNodelet {
   }
 
   void startListening() override {
-    auto& pnh = getPrivateNodeHandle();
+    ros::NodeHandle inputs = inputHandle();
     const auto hints = ros::TransportHints().tcpNoDelay();
     listened_for_ = params_->get()->method;
     if (listened_for_ == ReconstructionMethod::kRoomBoundary) {
       raw_alone_sub_ =
-          pnh.subscribe("input", queueSize(), &ReconstructorNodelet::onRaw, this, hints);
+          inputs.subscribe("input", queueSize(), &ReconstructorNodelet::onRaw, this, hints);
       return;
     }
     sync_ =
         std::make_unique<Synchronizer>(Policy(kSyncQueueSize), raw_sub_, ground_sub_, walls_sub_);
     sync_->registerCallback(&ReconstructorNodelet::onParts, this);
-    raw_sub_.subscribe(pnh, "input", kSyncQueueSize, hints);
-    ground_sub_.subscribe(pnh, "ground", kSyncQueueSize, hints);
-    walls_sub_.subscribe(pnh, "walls", kSyncQueueSize, hints);
+    raw_sub_.subscribe(inputs, "input", kSyncQueueSize, hints);
+    ground_sub_.subscribe(inputs, "ground", kSyncQueueSize, hints);
+    walls_sub_.subscribe(inputs, "walls", kSyncQueueSize, hints);
   }
 
   void stopListening() override {

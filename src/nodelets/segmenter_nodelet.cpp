@@ -45,6 +45,9 @@ void dropUnclustered(const std::vector<std::uint32_t>& clusters, std::vector<Lab
 
 /// Finds floor and walls in a denoised cloud: ~input -> ~ground and ~walls.
 class SegmenterNodelet : public LazyNodelet {
+ public:
+  ~SegmenterNodelet() override { endScans(); }
+
  private:
   void setUp() override {
     sensors_ = std::make_unique<SensorModels>(getPrivateNodeHandle());
@@ -58,8 +61,8 @@ class SegmenterNodelet : public LazyNodelet {
   }
 
   void startListening() override {
-    input_sub_ = getPrivateNodeHandle().subscribe("input", queueSize(), &SegmenterNodelet::onCloud,
-                                                  this, ros::TransportHints().tcpNoDelay());
+    input_sub_ = inputHandle().subscribe("input", queueSize(), &SegmenterNodelet::onCloud, this,
+                                         ros::TransportHints().tcpNoDelay());
   }
 
   void stopListening() override { input_sub_.shutdown(); }

@@ -47,6 +47,12 @@ void LazyNodelet::initialize() {
   updateListening();
 }
 
+ros::NodeHandle LazyNodelet::inputHandle() {
+  ros::NodeHandle handle = getPrivateNodeHandle();
+  handle.setCallbackQueue(&scans_);
+  return handle;
+}
+
 void LazyNodelet::updateListening() {
   const std::lock_guard<std::mutex> lock(connect_mutex_);
   const bool is_heard =
@@ -73,7 +79,7 @@ void LazyNodelet::handleScan(const std_msgs::Header& header,
     StageTiming timing(header);
     const Kept kept = work(timing);
     health_.scanDone(kept.points_in, kept.points_kept, timing.milliseconds());
-    timing_pub_.publish(timing.message());
+    scans_.afterwards([this, message = timing.message()] { timing_pub_.publish(message); });
   } catch (const std::exception& error) {
     health_.scanDropped(error.what());
     NODELET_WARN_THROTTLE(5.0, "Dropped a scan in '%s': %s", header.frame_id.c_str(), error.what());

@@ -98,7 +98,7 @@ def test_the_report_shows_both():
         (["--rate", "0"], "--rate and --seconds must be above 0"),
         (["--rate", "inf"], "--rate and --seconds must be above 0 and finite"),
         (["--compare", "-1"], "--compare must not be negative"),
-        (["--threads", "0"], "--queue-size and --threads must be at least 1"),
+        (["--queue-size", "0"], "--queue-size must be at least 1"),
     ],
 )
 def test_bad_arguments_are_one_line(arguments, complaint, capsys):

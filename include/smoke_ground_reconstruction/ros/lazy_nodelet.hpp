@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "smoke_ground_reconstruction/ros/scan_queue.hpp"
 #include "smoke_ground_reconstruction/ros/stage_health.hpp"
 #include "smoke_ground_reconstruction/ros/stage_timing.hpp"
 
@@ -18,7 +19,9 @@ namespace smoke_ground_reconstruction {
 
 /// A nodelet that listens to its inputs only while somebody listens to one of its outputs, or
 /// always where ~always_on is set. ~timing and /diagnostics are no outputs in this sense. Bad
-/// input drops the scan, with a warning and a diagnostic, and never the nodelet.
+/// input drops the scan, with a warning and a diagnostic, and never the nodelet. Scans are worked
+/// on one at a time, on the threads of ScanQueue; the manager's serve all the rest. A derived class
+/// calls endScans() in its destructor.
 class LazyNodelet : public nodelet::Nodelet {
  public:
   void onInit() final;
@@ -28,8 +31,14 @@ class LazyNodelet : public nodelet::Nodelet {
   virtual void setUp() = 0;
   /// Calls advertiseOutput() for each output.
   virtual void advertiseOutputs() = 0;
+  /// Subscribes the inputs on inputHandle().
   virtual void startListening() = 0;
   virtual void stopListening() = 0;
+
+  /// The private handle, but that its callbacks come on the threads of the scans.
+  ros::NodeHandle inputHandle();
+  /// Waits for a scan at work; no other is begun.
+  void endScans() { scans_.end(); }
 
   template <typename Message>
   ros::Publisher advertiseOutput(const std::string& topic) {
@@ -74,6 +83,7 @@ class LazyNodelet : public nodelet::Nodelet {
   bool cameBefore(const std_msgs::Header& header);
   void updateListening();
 
+  ScanQueue scans_;
   StageHealth health_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::WallTimer diagnostics_timer_;

@@ -37,7 +37,6 @@ def add_parser(subparsers) -> None:
         help="before, scans one at a time, which a Pipeline gets as well (%(default)s)",
     )
     parser.add_argument("--queue-size", type=int, default=1, help="of the nodelets (%(default)s)")
-    parser.add_argument("--threads", type=int, default=4, help="of the manager (%(default)s)")
     parser.add_argument("--log", metavar="FILE.json", help="write all that was seen")
     parser.set_defaults(run=run)
 
@@ -55,7 +54,6 @@ def run(arguments: argparse.Namespace) -> None:
         scans = as_bag(arguments.input, arguments.topic, work)
         launch = launch_arguments(scans, chosen_params(arguments, scans), work)
         launch.update(cloud=latency.CLOUD, queue_size=arguments.queue_size)
-        launch["manager_threads"] = arguments.threads
         with replay.own_master(), replay.nodelets(launch):
             rospy.init_node("smoke_ground_latency", anonymous=True, disable_signals=True)
             log = latency.probe(latency.prepare(scans, Path(work)), plan)
@@ -70,8 +68,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise CommandError("--rate and --seconds must be above 0 and finite")
     if arguments.compare < 0:
         raise CommandError("--compare must not be negative")
-    if min(arguments.queue_size, arguments.threads) < 1:
-        raise CommandError("--queue-size and --threads must be at least 1")
+    if arguments.queue_size < 1:
+        raise CommandError("--queue-size must be at least 1")
 
 
 def report(hops, load, rate: float) -> Iterator[str]:
