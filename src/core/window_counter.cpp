@@ -1,16 +1,14 @@
 #include "smoke_ground_reconstruction/window_counter.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "azimuth.hpp"
-#include "lanes.hpp"
 #include "multiversion.hpp"
 #include "neighbor_screen.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
+#include "window_tallies.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -25,12 +23,9 @@ constexpr int kPartsPerRow = 4;        // of the table of reaches
 
 constexpr float kLeastSquaredRange = 1e-24F;  // nearer points have no direction [m^2]
 
-constexpr std::uint32_t kPadding = 8;            // places before the first and after the last point
-constexpr std::size_t kAlongRow = 8;             // places looked at to either side of a point
-constexpr std::uint32_t kGroupsBetweenSums = 6;  // of kLanes
-constexpr std::uint32_t kBetweenLooks = 16;      // at what eight queries have found
-constexpr int kMostBuckets = 1 << 18;            // more cost more to clear than they save
-constexpr int kColumnsPerRow = 2;                // a row of buckets is as high as so many are wide
+constexpr std::uint32_t kPadding = 8;  // places before the first and after the last point
+constexpr int kMostBuckets = 1 << 18;  // more cost more to clear than they save
+constexpr int kColumnsPerRow = 2;      // a row of buckets is as high as so many are wide
 constexpr int kWidestGroup = 2 * kColumnsPerRow;  // columns from first to last of eight queries
 
 // Shells of range, each farther by the square root of 2: by the exponent of squared ranges.
@@ -88,181 +83,6 @@ bool findBuckets(const float* x, const float* y, const float* z, std::size_t siz
     are_near |= squared_range < kLeastSquaredRange ? 1 : 0;
   }
   return are_near != 0;
-}
-
-/// Places [begin, end).
-using Run = WindowCounter::Run;
-
-/// What a single-precision look at candidates tells.
-struct Tally {
-  std::uint32_t surely;
-  std::uint32_t possibly;
-};
-
-/// A ball a hair smaller and one a hair larger than the one asked about.
-struct Screen {
-  float x, y, z;
-  float surely_below;
-  float possibly_below;
-};
-
-Screen screenOf(float x, float y, float z, double squared_radius) {
-  const bool is_safe = squared_radius >= kLeastScreened && squared_radius <= kGreatestScreened;
-  if (!is_safe) return {x, y, z, -1.0F, INFINITY};
-  return {x, y, z, static_cast<float>(squared_radius * (1.0 - kScreenMargin)),
-          static_cast<float>(squared_radius * (1.0 + kScreenMargin))};
-}
-
-/// The same for a radius proportional to the range, which single precision knows as well.
-Screen roughScreenOf(float x, float y, float z, double squared_radius_per_range) {
-  const double square = static_cast<double>(squaredRangeOf(x, y, z)) * squared_radius_per_range;
-  const bool is_safe = square >= kLeastScreened && square <= kGreatestScreened;
-  if (!is_safe) return {x, y, z, -1.0F, INFINITY};
-  return {x, y, z, static_cast<float>(square * (1.0 - 4.0 * kScreenMargin)),
-          static_cast<float>(square * (1.0 + 4.0 * kScreenMargin))};
-}
-
-/// Looks at candidates until `enough` are surely inside. Reads whole groups of kLanes: others may
-/// follow a run.
-SMOKE_GROUND_MULTIVERSION
-Tally tally(const float* x, const float* y, const float* z, const Run* runs, std::size_t run_count,
-            const Screen& screen, std::size_t enough) {
-  const Ints lane = {0, 1, 2, 3, 4, 5, 6, 7};
-  Ints surely = {};
-  Ints possibly = {};
-  const auto sum_of = [](const Ints& lanes) {
-    std::int32_t sum = 0;
-    for (std::uint32_t k = 0; k < kLanes; ++k) sum += lanes[k];
-    return static_cast<std::uint32_t>(sum);
-  };
-  std::uint32_t unsummed = 0;  // groups
-  for (std::size_t run = 0; run < run_count; ++run) {
-    for (std::uint32_t i = runs[run].begin; i < runs[run].end; i += kLanes) {
-      Floats dx, dy, dz;
-      std::memcpy(&dx, x + i, sizeof(dx));
-      std::memcpy(&dy, y + i, sizeof(dy));
-      std::memcpy(&dz, z + i, sizeof(dz));
-      dx -= screen.x;
-      dy -= screen.y;
-      dz -= screen.z;
-      const Floats d2 = (dx * dx + dy * dy) + dz * dz;
-      const Ints is_candidate = lane < static_cast<std::int32_t>(runs[run].end - i);
-      surely -= (d2 < screen.surely_below) & is_candidate;  // true is -1
-      possibly -= (d2 < screen.possibly_below) & is_candidate;
-      if (++unsummed < kGroupsBetweenSums) continue;
-      unsummed = 0;
-      if (sum_of(surely) >= enough) return {sum_of(surely), sum_of(possibly)};
-    }
-  }
-  return {sum_of(surely), sum_of(possibly)};
-}
-
-/// Numbers of those up to kAlongRow places before and behind eight places that are surely nearer
-/// than a radius proportional to their ranges; fewer once all have found more than enough.
-SMOKE_GROUND_PART Ints countAlong(const float* x, const float* y, const float* z,
-                                  float squared_radius_per_range, std::int32_t more_than) {
-  constexpr auto kLeast = static_cast<float>(kLeastScreened);
-  const Floats here_x = loadLanes(x), here_y = loadLanes(y), here_z = loadLanes(z);
-  const Floats square = squaredRangeOf(here_x, here_y, here_z) * squared_radius_per_range;
-  const Floats limit = square < kLeast ? Floats{} : square;
-  Ints found = {};
-  for (std::ptrdiff_t step = 1; step <= static_cast<std::ptrdiff_t>(kAlongRow); ++step) {
-    for (const std::ptrdiff_t k : {-step, step}) {
-      const Floats dx = loadLanes(x + k) - here_x;
-      const Floats dy = loadLanes(y + k) - here_y;
-      const Floats dz = loadLanes(z + k) - here_z;
-      found -= (dx * dx + dy * dy) + dz * dz < limit;  // true is -1
-    }
-    if (isNone(found <= more_than)) break;
-  }
-  return found;
-}
-
-/// Which places [begin, end) find more than enough beside them; whole groups of kLanes.
-SMOKE_GROUND_MULTIVERSION
-void findCrowded(const float* x, const float* y, const float* z, std::size_t begin, std::size_t end,
-                 float squared_radius_per_range, std::int32_t more_than, std::int32_t* is_crowded) {
-  for (std::size_t i = begin; i < end; i += kLanes) {
-    const Ints found = countAlong(x + i, y + i, z + i, squared_radius_per_range, more_than);
-    const Ints is_enough = found > more_than;
-    std::memcpy(is_crowded + i, &is_enough, sizeof(is_enough));
-  }
-}
-
-/// Queries of one row of buckets, looked at together. Lanes without one find enough at once.
-struct LaneQueries {
-  int shell;
-  int row;
-  std::uint32_t size = 0;
-  std::array<std::uint32_t, kLanes> place{};
-  int first_column = 0;
-  int last_column = 0;
-  std::array<float, kLanes> x{}, y{}, z{};
-  std::array<float, kLanes> surely_below{}, possibly_below{};  // squared radii
-  float least_square = 0.0F;                                   // of their ranges
-  float greatest_square = 0.0F;
-
-  LaneQueries(int of_shell, int of_row) : shell(of_shell), row(of_row) {}
-
-  void add(std::uint32_t at, int column, const float* px, const float* py, const float* pz,
-           double squared_radius_per_range) {
-    const Screen screen = roughScreenOf(px[at], py[at], pz[at], squared_radius_per_range);
-    const float square = squaredRangeOf(screen.x, screen.y, screen.z);
-    if (size == 0) {
-      first_column = column;
-      surely_below.fill(INFINITY);
-      possibly_below.fill(0.0F);
-      least_square = greatest_square = square;
-    }
-    last_column = column;
-    place[size] = at;
-    x[size] = screen.x;
-    y[size] = screen.y;
-    z[size] = screen.z;
-    surely_below[size] = screen.surely_below;
-    possibly_below[size] = screen.possibly_below;
-    least_square = std::min(least_square, square);
-    greatest_square = std::max(greatest_square, square);
-    ++size;
-  }
-};
-
-using Tallies = std::array<std::array<std::int32_t, kLanes>, 2>;  // surely, possibly
-
-/// Looks at candidates for all queries at once, until all are surely inside a crowd: they have
-/// found `enough`, and with all `left` they would not have more than `most`. Returns whether they
-/// are.
-SMOKE_GROUND_MULTIVERSION
-bool tallyTogether(const float* x, const float* y, const float* z, const Run* runs,
-                   std::size_t run_count, const LaneQueries& queries, std::int32_t enough,
-                   std::int32_t most, std::int32_t left, Tallies* tallies) {
-  Floats px, py, pz, surely_below, possibly_below;
-  std::memcpy(&px, queries.x.data(), sizeof(px));
-  std::memcpy(&py, queries.y.data(), sizeof(py));
-  std::memcpy(&pz, queries.z.data(), sizeof(pz));
-  std::memcpy(&surely_below, queries.surely_below.data(), sizeof(px));
-  std::memcpy(&possibly_below, queries.possibly_below.data(), sizeof(px));
-  Ints surely = {};
-  Ints possibly = {};
-  for (std::size_t run = 0; run < run_count; ++run) {
-    std::uint32_t i = runs[run].begin;
-    while (i < runs[run].end) {
-      const std::uint32_t pause = std::min(runs[run].end, i + kBetweenLooks);
-      left -= static_cast<std::int32_t>(pause - i);
-      for (; i < pause; ++i) {
-        const Floats dx = px - x[i];
-        const Floats dy = py - y[i];
-        const Floats dz = pz - z[i];
-        const Floats d2 = (dx * dx + dy * dy) + dz * dz;
-        surely -= d2 < surely_below;  // true is -1
-        possibly -= d2 < possibly_below;
-      }
-      if (isNone((surely < enough) | (possibly > most - left))) return true;
-    }
-  }
-  std::memcpy((*tallies)[0].data(), &surely, sizeof(surely));
-  std::memcpy((*tallies)[1].data(), &possibly, sizeof(possibly));
-  return false;
 }
 
 }  // namespace
@@ -479,7 +299,7 @@ std::size_t WindowCounter::countRuns(std::size_t index, double squared_radius,
   const float x = scan_.x[index];
   const float y = scan_.y[index];
   const float z = scan_.z[index];
-  const Screen screen = screenOf(x, y, z, squared_radius);
+  const BallScreen screen = screenOf(x, y, z, squared_radius);
   const Tally found =
       tally(x_.data(), y_.data(), z_.data(), runs.data(), runs.size(), screen, enough);
   if (found.surely >= enough) return limit;
