@@ -177,7 +177,9 @@ class Room {
   void findWallFeet();
   void findCertainFloor();
   void findRising();
+  void findStanding();
   bool isLowOnWall(std::size_t i) const;
+  bool isLowDown(std::size_t i) const;
   void findWallNormals();
   void findOnWalls();
 
@@ -224,7 +226,7 @@ class Room {
   CertainFloor certain_finder_;
   std::vector<std::uint32_t> low_wall_;  // returns per column
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_,
-      rising_;
+      rising_, standing_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<ReliefPlace> on_floor_, wall_places_;  // that may tell how a ramp rises
   std::vector<std::uint32_t> slope_counts_;

@@ -31,20 +31,30 @@ bool CertainFloor::isInDoubt(const std::vector<double>& distance, const DropOffs
 
 void CertainFloor::find(const std::vector<double>& floor, const std::vector<double>& distance,
                         const DropOffs& drops, const std::vector<std::uint32_t>& low_wall,
-                        const std::vector<double>& rises, std::vector<double>* certain) {
+                        const std::vector<double>& stands, const std::vector<double>& rises,
+                        std::vector<double>* certain) {
   const std::size_t columns = floor.size();
   markGaps(distance, rises);
   is_open_.resize(columns);
   for (std::size_t c = 0; c < columns; ++c) {
     is_open_[c] = is_gap_[c] != 0 || drops.begin[c] < kInfinity ? 1 : 0;
   }
-  markBeside(low_wall);
+  spreadFloor(floor);
+  markBeside(low_wall, stands);
   certain->assign(columns, kInfinity);
   for (std::size_t c = 0; c < columns; ++c) {
     if (is_gap_[c] == 0 && is_doubted_[c] == 0) continue;
-    double near = 0.0;
-    around(c, kFloorBeside, columns, [&](std::size_t at) { near = std::max(near, floor[at]); });
-    (*certain)[c] = std::max(near + kGoesOn, drops.floor_to[c]);
+    (*certain)[c] = std::max({measured_[c] + kGoesOn, stands[c], drops.floor_to[c]});
+  }
+}
+
+void CertainFloor::spreadFloor(const std::vector<double>& floor) {
+  const std::size_t columns = floor.size();
+  measured_.resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    double most = 0.0;
+    around(c, kFloorBeside, columns, [&](std::size_t at) { most = std::max(most, floor[at]); });
+    measured_[c] = most;
   }
 }
 
@@ -84,11 +94,14 @@ void CertainFloor::markGap(std::size_t first, std::size_t length,
   for (std::size_t k = 0; k < length; ++k) is_gap_[(first + k) % columns] = 1;
 }
 
-/// Columns between an open one and the first one to either side that sees its wall low down.
-void CertainFloor::markBeside(const std::vector<std::uint32_t>& low_wall) {
+/// Columns between an open one and the first one to either side that sees its wall, or something
+/// behind the measured floor, low down.
+void CertainFloor::markBeside(const std::vector<std::uint32_t>& low_wall,
+                              const std::vector<double>& stands) {
   const std::size_t columns = is_open_.size();
   is_doubted_.assign(columns, 0);
-  const auto sees_wall = [&](std::size_t column) {
+  const auto is_certain = [&](std::size_t column) {
+    if (stands[column] > measured_[column]) return true;
     std::uint32_t returns = 0;
     around(column, kWallBeside, columns, [&](std::size_t at) { returns += low_wall[at]; });
     return returns >= kWallReturns;
@@ -97,7 +110,7 @@ void CertainFloor::markBeside(const std::vector<std::uint32_t>& low_wall) {
     if (is_open_[c] == 0) continue;
     for (const std::size_t step : {std::size_t{1}, columns - 1}) {
       std::size_t at = (c + step) % columns;
-      while (is_open_[at] == 0 && is_doubted_[at] == 0 && !sees_wall(at)) {
+      while (is_open_[at] == 0 && is_doubted_[at] == 0 && !is_certain(at)) {
         is_doubted_[at] = 1;
         at = (at + step) % columns;
       }

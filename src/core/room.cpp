@@ -491,9 +491,13 @@ void Room::findWallFeet() {
 
 /// Is it a return of the boundary's walls from low down?
 bool Room::isLowOnWall(std::size_t i) const {
+  return isLowDown(i) &&
+         std::fabs(returns_.planar[i] - profile_.distance[column(i)]) < WallFeet::kOffWall;
+}
+
+bool Room::isLowDown(std::size_t i) const {
   const double height = returns_.height[i];
-  if (!(height > WallFeet::kLowest) || !(height < WallFeet::kHighest) || isSoft(i)) return false;
-  return std::fabs(returns_.planar[i] - profile_.distance[column(i)]) < WallFeet::kOffWall;
+  return height > WallFeet::kLowest && height < WallFeet::kHighest && !isSoft(i);
 }
 
 double Room::flatness() const {
@@ -511,7 +515,20 @@ void Room::findCertainFloor() {
   low_wall_.assign(own_floor_.size(), 0);
   for (const std::uint32_t i : near_) low_wall_[column(i)] += isLowOnWall(i) ? 1U : 0U;
   findRising();
-  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, rising_, &certain_floor_);
+  findStanding();
+  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, standing_, rising_,
+                       &certain_floor_);
+}
+
+/// How far something that stands in the room is seen low down.
+void Room::findStanding() {
+  farthest_.clear(bins_.count());
+  for (const std::uint32_t i : near_) {
+    const double distance = profile_.distance[column(i)];
+    if (distance != 0.0 && !(planar(i) < distance + WallFeet::kOffWall)) continue;
+    if (isLowDown(i)) farthest_.add(column(i), planar(i));
+  }
+  farthest_.find(2, &standing_);
 }
 
 /// How far floor is measured that lies clear over the plane.

@@ -723,8 +723,11 @@ NO_DROPS = DropOffs(np.full(COLUMNS, np.inf), np.full(COLUMNS, np.inf), np.zeros
 NOTHING_RISES = np.zeros(COLUMNS, bool)
 
 
-def certain(floor, distance=HALF_KNOWN, drops=NO_DROPS, rises=NOTHING_RISES):
-    return certain_floor(np.full(COLUMNS, floor), distance, drops, LOW_FROM_300, rises)
+NOTHING_STANDS = np.zeros(COLUMNS)
+
+
+def certain(floor, distance=HALF_KNOWN, drops=NO_DROPS, rises=NOTHING_RISES, stands=NOTHING_STANDS):
+    return certain_floor(np.full(COLUMNS, floor), distance, drops, LOW_FROM_300, stands, rises)
 
 
 @pytest.mark.parametrize("floor", [1.5, 3.5])
@@ -757,6 +760,16 @@ def test_a_gap_into_which_a_ramp_leads_is_not_in_doubt():
     assert np.all(certain(1.5, rises=ramp) == np.inf)
     ramp[65] = False
     assert certain(1.5, rises=ramp)[50] == pytest.approx(1.8)
+
+
+def test_what_stands_low_down_stands_on_a_floor():
+    desk = np.where((np.arange(COLUMNS) >= 50) & (np.arange(COLUMNS) < 200), 2.5, 0.0)
+    found = certain(1.5, stands=desk)
+    # In the gap, which ends at 100, floor goes on to the desk; beside it, doubt ends there.
+    assert found[49] == 1.8 and found[50] == found[99] == 2.5
+    assert np.all(found[100:690] == np.inf) and found[800] == 1.8
+    before = certain(3.0, stands=desk)  # nothing is told by what stands before measured floor
+    assert before[60] == before[150] == 3.3
 
 
 def test_floor_beside_a_drop_is_in_doubt_as_it_is_beside_a_gap():

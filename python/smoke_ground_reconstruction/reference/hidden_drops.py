@@ -3,8 +3,9 @@
 A drop is told by what lies below the floor, a wall behind it by its returns. Where the boundary
 breaks off, neither was seen, and a ceiling overhead tells nothing of what lies beneath: floor is
 certain no farther than it is measured. So it is beside a gap or a drop, up to a wall that is seen
-low down: beams get there, and would have met what lies lower. A gap in which the floor is measured
-to rise is a ramp, which leads to something. Not in the thesis.
+low down: beams get there, and would have met what lies lower. So they would before furniture seen
+low down: what stands stands on a floor. A gap in which the floor is measured to rise is a ramp,
+which leads to something. Not in the thesis.
 """
 
 import numpy as np
@@ -17,7 +18,7 @@ _WALL_BESIDE = 2  # columns to either side that share what they see of the wall
 _WALL_RETURNS = 4  # from low down
 
 
-def certain_floor(floor, distance, drops, low_wall, rises):
+def certain_floor(floor, distance, drops, low_wall, stands, rises):
     """How far floor may be claimed (columns,) [m]; infinite where nothing speaks against it.
 
     Parameters
@@ -29,6 +30,8 @@ def certain_floor(floor, distance, drops, low_wall, rises):
     drops : DropOffs
     low_wall : (columns,) int64
         Returns of the boundary's walls from low down.
+    stands : (columns,) float64
+        How far returns from low down are seen [m]; 0 where they are not.
     rises : (columns,) bool
         Is floor measured in the column that rises over the plane?
     """
@@ -37,9 +40,11 @@ def certain_floor(floor, distance, drops, low_wall, rises):
     is_open = gap | np.isfinite(drops.begin)
     if not is_open.any():
         return certain
-    doubted = gap | _beside(is_open, _around(low_wall, _WALL_BESIDE, np.sum))
-    near = _around(floor, _FLOOR_BESIDE, np.max)[doubted] + _GOES_ON
-    certain[doubted] = np.maximum(near, drops.floor_to[doubted])
+    measured = _around(floor, _FLOOR_BESIDE, np.max)
+    ends = _around(low_wall, _WALL_BESIDE, np.sum) >= _WALL_RETURNS
+    doubted = gap | _beside(is_open, ends | (stands > measured))
+    near = np.maximum(measured + _GOES_ON, stands)
+    certain[doubted] = np.maximum(near, drops.floor_to)[doubted]
     return certain
 
 
@@ -62,13 +67,13 @@ def _around(values, beside, fold):
     return fold([np.roll(values, k) for k in range(-beside, beside + 1)], axis=0)
 
 
-def _beside(is_open, low_wall):
-    """Columns between an open one and the first one to either side that sees its wall low down."""
+def _beside(is_open, ends):
+    """Columns between an open one and the first one to either side at which doubt `ends`."""
     columns, found = len(is_open), np.zeros(len(is_open), bool)
     for c in np.flatnonzero(is_open):
         for step in (1, -1):
             at = (c + step) % columns
-            while not is_open[at] and not found[at] and low_wall[at] < _WALL_RETURNS:
+            while not is_open[at] and not found[at] and not ends[at]:
                 found[at] = True
                 at = (at + step) % columns
     return found

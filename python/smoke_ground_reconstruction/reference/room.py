@@ -187,7 +187,7 @@ class Room:
         low_wall = np.bincount(self.column[self._low_on_walls()], minlength=self.columns)
         rises = self.farthest(self.is_low & self._rises(), beside=0) > 0.0
         self.certain_floor = certain_floor(
-            self.own_floor, self.profile.distance, self.drops, low_wall, rises
+            self.own_floor, self.profile.distance, self.drops, low_wall, self._standing(), rises
         )
 
     def _see_floor(self, support):
@@ -334,8 +334,17 @@ class Room:
 
     def _low_on_walls(self):
         near = np.abs(self.planar - self.profile.distance[self.column]) < wall_feet.OFF_WALL
+        return near & self._low_down()
+
+    def _low_down(self):
         low = (self.height > wall_feet.LOWEST) & (self.height < wall_feet.HIGHEST)
-        return ~self.is_soft & near & low
+        return low & ~self.is_soft
+
+    def _standing(self):
+        """How far something that stands in the room is seen low down in each column [m]."""
+        distance = self.profile.distance[self.column]
+        inside = (distance == 0.0) | (self.planar < distance + wall_feet.OFF_WALL)
+        return self.farthest(self._low_down() & inside)
 
     def _wall_feet(self):
         distance = self.profile.distance[self.column]
