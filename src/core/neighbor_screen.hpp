@@ -17,4 +17,15 @@ SMOKE_GROUND_PART Number squaredRangeOf(const Number& x, const Number& y, const 
   return (x * x + y * y) + z * z;
 }
 
+/// Factors of squared ranges: balls a hair smaller and a hair larger than the one asked about.
+struct ScreenFactors {
+  float surely, possibly;
+
+  explicit ScreenFactors(double radius_per_range) {
+    const double squared = radius_per_range * radius_per_range;
+    surely = static_cast<float>(squared * (1.0 - 4.0 * kScreenMargin));
+    possibly = static_cast<float>(squared * (1.0 + 4.0 * kScreenMargin));
+  }
+};
+
 }  // namespace smoke_ground_reconstruction
