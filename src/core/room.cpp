@@ -512,21 +512,22 @@ void Room::findCertainFloor() {
     certain_floor_.assign(own_floor_.size(), kInfinity);
     return;
   }
-  low_wall_.assign(own_floor_.size(), 0);
-  for (const std::uint32_t i : near_) low_wall_[column(i)] += isLowOnWall(i) ? 1U : 0U;
   findRising();
   findStanding();
   certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, standing_, rising_,
                        &certain_floor_);
 }
 
-/// How far something that stands in the room is seen low down.
+/// What is seen low down: returns of walls, and how far something stands in the room.
 void Room::findStanding() {
+  low_wall_.assign(bins_.count(), 0);
   farthest_.clear(bins_.count());
   for (const std::uint32_t i : near_) {
-    const double distance = profile_.distance[column(i)];
-    if (distance != 0.0 && !(planar(i) < distance + WallFeet::kOffWall)) continue;
-    if (isLowDown(i)) farthest_.add(column(i), planar(i));
+    if (!isLowDown(i)) continue;
+    const std::size_t c = column(i);
+    const double beyond = planar(i) - profile_.distance[c];
+    low_wall_[c] += std::fabs(beyond) < WallFeet::kOffWall ? 1U : 0U;
+    if (profile_.distance[c] == 0.0 || beyond < WallFeet::kOffWall) farthest_.add(c, planar(i));
   }
   farthest_.find(2, &standing_);
 }

@@ -343,7 +343,7 @@ class Room:
     def _standing(self):
         """How far something that stands in the room is seen low down in each column [m]."""
         distance = self.profile.distance[self.column]
-        inside = (distance == 0.0) | (self.planar < distance + wall_feet.OFF_WALL)
+        inside = (distance == 0.0) | (self.planar - distance < wall_feet.OFF_WALL)
         return self.farthest(self._low_down() & inside)
 
     def _wall_feet(self):
