@@ -150,12 +150,14 @@ void ProfileFinder::findOutermost(const Posts& posts, const WallSupport& support
   }
   is_on_.resize(columns);
   for (std::size_t c = 0; c < columns; ++c) is_on_[c] = outermost_[c] <= candidate_[c] ? 1 : 0;
+  std::size_t on = 0;  // of a column and those to either side
+  for (std::size_t k = 0; k <= 2 * kCurveColumns; ++k) {
+    on += is_on_[(columns + k - kCurveColumns) % columns];
+  }
   for (std::size_t c = 0; c < columns; ++c) {
-    bool curves = true;
-    for (std::size_t k = 0; k <= 2 * kCurveColumns; ++k) {
-      curves = curves && is_on_[(c + columns + k - kCurveColumns) % columns] == 0;
-    }
-    if (!curves && outermost_[c] <= candidate_[c] + on_line_) outermost_[c] = candidate_[c];
+    if (on > 0 && outermost_[c] <= candidate_[c] + on_line_) outermost_[c] = candidate_[c];
+    on += is_on_[(c + kCurveColumns + 1) % columns];
+    on -= is_on_[(c + columns - kCurveColumns) % columns];
   }
 }
 
@@ -211,6 +213,7 @@ void ProfileFinder::takeLines(const WallSupport& support, const ColumnDirections
 void ProfileFinder::closeOpenings(const WallSupport& support, const UpwardView& view,
                                   const LevelFloor& level_floor, Profile* profile) {
   const std::size_t columns = profile->columns();
+  const double widest = kWidestGap * static_cast<double>(columns);
   is_on_.resize(columns);
   for (std::size_t number = 0; number < support.lines(); ++number) {
     const auto line = static_cast<std::int32_t>(number);
@@ -220,10 +223,10 @@ void ProfileFinder::closeOpenings(const WallSupport& support, const UpwardView& 
     for (std::size_t run = 0; run < runs_.count(); ++run) {
       const std::size_t last = *(runs_.end(run) - 1);
       const std::size_t next = *runs_.begin((run + 1) % runs_.count());
-      gap_.clear();
-      for (std::size_t c = (last + 1) % columns; c != next; c = (c + 1) % columns) {
-        gap_.push_back(c);
-      }
+      const std::size_t length = (next + columns - last - 1) % columns;
+      if (length == 0 || static_cast<double>(length) > widest) continue;
+      gap_.resize(length);
+      for (std::size_t k = 0; k < length; ++k) gap_[k] = (last + 1 + k) % columns;
       closeOpening(support.reach(number), view, level_floor, line, profile);
     }
   }
@@ -233,8 +236,6 @@ void ProfileFinder::closeOpenings(const WallSupport& support, const UpwardView& 
 void ProfileFinder::closeOpening(const double* reach, const UpwardView& view,
                                  const LevelFloor& level_floor, std::int32_t line,
                                  Profile* profile) {
-  const double widest = kWidestGap * static_cast<double>(profile->columns());
-  if (gap_.empty() || static_cast<double>(gap_.size()) > widest) return;
   std::size_t torn = 0;
   for (const std::size_t c : gap_) {
     if (view.tells(reach[c])) return;
@@ -261,7 +262,7 @@ void ProfileFinder::follow(Profile* profile) {
     const std::size_t first = known_[k];
     const std::size_t after = known_[(k + 1) % known_.size()];
     const std::size_t length = (after + columns - first - 1) % columns;
-    if (!findChain(*profile, first, after, length)) continue;
+    if (length == 0 || !findChain(*profile, first, after, length)) continue;
     std::size_t link = 0;
     for (std::size_t i = 1; i <= length; ++i) {
       while (chain_[link + 1].place <= i) ++link;
@@ -311,6 +312,7 @@ void ProfileFinder::bridge(const WallSupport& support, const ColumnDirections& d
   for (std::size_t k = 0; k < known_.size(); ++k) {
     const std::size_t first = known_[k];
     const std::size_t after = known_[(k + 1) % known_.size()];
+    if (after == first + 1) continue;
     const std::int32_t first_line = profile->line[first];
     const std::int32_t after_line = profile->line[after];
     const auto a = static_cast<std::size_t>(first_line);
