@@ -404,7 +404,10 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
   around_.assign(columns_, 0);
   low_.assign(columns_, kNowhere);
   high_.assign(columns_, -kNowhere);
-  const double around_half = kAround * half_;
+  const float *const x = returns.x.data(), *const y = returns.y.data();
+  const float *const planar = returns.planar.data(), *const height = returns.height.data();
+  const Line to = line;
+  const double half = half_, around_half = kAround * half_;
   for (std::size_t c = 0; c < columns_; ++c) {
     const RangeWindow window = windows_.of(number, c);
     if (window.isEmpty()) continue;
@@ -412,13 +415,13 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
     std::uint32_t own = 0, around = 0;
     float low = kNowhere, high = -kNowhere;
     std::size_t i = returns.firstIn(c, window);
-    for (; i < end && !WallReturns::isBeyond(returns.planar[i], window); ++i) {
-      const double off = line.distance(returns.x[i], returns.y[i]);
+    for (; i < end && !WallReturns::isBeyond(planar[i], window); ++i) {
+      const double off = to.distance(x[i], y[i]);
       around += off < around_half ? 1U : 0U;
-      if (!(off < half_)) continue;
+      if (!(off < half)) continue;
       ++own;
-      low = std::min(low, returns.height[i]);
-      high = std::max(high, returns.height[i]);
+      low = std::min(low, height[i]);
+      high = std::max(high, height[i]);
     }
     own_[c] = own;
     around_[c] = around;
