@@ -34,7 +34,7 @@ constexpr double kWallFoot = 0.05;         // returns so near to a wall's line m
 constexpr double kSoftRange = 1.5;         // smoke's own returns come from nearer [m]
 constexpr double kFloorRange = 2.5;        // at that range [m]
 constexpr double kPlumb = 0.99998629;      // floors tilted by less than 0.3 deg are taken as level
-constexpr std::size_t kWallLights = 4000;  // returns of walls, at least, that tell the smoke
+constexpr std::size_t kWallLights = 2000;  // returns of walls, at least, that tell the smoke
 constexpr int kSlopeSlots = 2048;
 constexpr double kSlotsPerSlope = 128.0;
 // Returns are thinned out to the cube root of this times the floor's returns: where a cell of 0.2 m

@@ -35,7 +35,7 @@ _WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
 _SOFT_RANGE = 1.5  # smoke's own returns come from nearer [m]
 _FLOOR_RANGE = 2.5  # [m]
 _PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken as level
-_WALL_LIGHTS = 4000  # returns of walls, at least, that tell the smoke
+_WALL_LIGHTS = 2000  # returns of walls, at least, that tell the smoke
 _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
 _LOOKED_AT = 16000  # returns, at least, that tell means and quantiles
 # Returns are thinned out to the cube root of this times the floor's returns: where a cell of 0.2 m
