@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "smoke_ground_reconstruction/predicates.hpp"
+#include "smoke_ground_reconstruction/recycled.hpp"
 #include "validation.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -21,23 +22,41 @@ double linspaced(double first, double last, std::size_t index, std::size_t count
   return first + (last - first) * static_cast<double>(index) / static_cast<double>(count - 1);
 }
 
-/// Azimuths of a segment in steps of the horizontal resolution, both ends included [deg].
-std::vector<double> azimuthsOf(double begin_deg, double width_deg, double step_deg) {
-  std::vector<double> azimuths;
+/// Cosine and sine of an azimuth.
+struct Heading {
+  double cosine, sine;
+
+  explicit Heading(double azimuth_deg)
+      : cosine(std::cos(azimuth_deg * kDegree)), sine(std::sin(azimuth_deg * kDegree)) {}
+};
+
+/// Azimuths of a segment in steps of the horizontal resolution, both ends included.
+void listHeadings(double begin_deg, double width_deg, double step_deg,
+                  std::vector<Heading>* headings) {
+  headings->clear();
   const auto whole_steps = static_cast<int>(std::floor(width_deg / step_deg + 1e-9));
-  for (int i = 0; i <= whole_steps; ++i) azimuths.push_back(begin_deg + i * step_deg);
-  if (width_deg - whole_steps * step_deg > 1e-9) azimuths.push_back(begin_deg + width_deg);
-  return azimuths;
+  for (int i = 0; i <= whole_steps; ++i) headings->emplace_back(begin_deg + i * step_deg);
+  if (width_deg - whole_steps * step_deg > 1e-9) headings->emplace_back(begin_deg + width_deg);
+}
+
+using Bins = Recycled<std::uint32_t>;
+
+/// Of points, all at once; of points that are no returns any.
+Bins binsOf(const Scan& scan, const AzimuthBins& bins) {
+  Bins of(scan.size());
+  bins.indices(scan.x.data(), scan.y.data(), scan.size(), of.data());
+  return of;
 }
 
 /// Step 1: minima over the wall points of each segment, each on its own. Points whose ring has no
 /// rank are left out.
 void addWalls(const Scan& walls, const SensorModel& sensor, const AzimuthBins& bins,
               WallDistance distance, std::vector<PolarSegment>* segments) {
+  const Bins bin = binsOf(walls, bins);
   for (std::size_t i = 0; i < walls.size(); ++i) {
     const std::size_t rank = sensor.rank(walls.ring[i]);
     if (walls.valid[i] == 0 || rank == SensorModel::kNoRank) continue;
-    PolarSegment& segment = (*segments)[bins.index(walls.x[i], walls.y[i])];
+    PolarSegment& segment = (*segments)[bin[i]];
     const double d = distance == WallDistance::kRange ? range(walls.x[i], walls.y[i], walls.z[i])
                                                       : planarRange(walls.x[i], walls.y[i]);
     const bool is_first = segment.wall_points++ == 0;
@@ -47,9 +66,9 @@ void addWalls(const Scan& walls, const SensorModel& sensor, const AzimuthBins& b
   }
 }
 
-void addGround(const Scan& ground, const AzimuthBins& bins, std::vector<PolarSegment>* segments) {
+void addGround(const Scan& ground, const Bins& bin, std::vector<PolarSegment>* segments) {
   for (std::size_t i = 0; i < ground.size(); ++i) {
-    if (ground.valid[i] != 0) ++(*segments)[bins.index(ground.x[i], ground.y[i])].ground_points;
+    if (ground.valid[i] != 0) ++(*segments)[bin[i]].ground_points;
   }
 }
 
@@ -71,9 +90,10 @@ double adjustedZ(const PolarSegmentsParams& params, const PolarSegment& segment,
 std::vector<float> wallSupport(const Scan& walls, std::size_t segment_count, double steps) {
   const auto steps_per_segment = static_cast<std::size_t>(std::max(1.0, std::floor(steps + 1e-9)));
   const AzimuthBins bins(360.0 / static_cast<double>(segment_count * steps_per_segment));
+  const Bins bin = binsOf(walls, bins);
   std::vector<char> seen(bins.count(), 0);
   for (std::size_t i = 0; i < walls.size(); ++i) {
-    if (walls.valid[i] != 0) seen[bins.index(walls.x[i], walls.y[i])] = 1;
+    if (walls.valid[i] != 0) seen[bin[i]] = 1;
   }
   std::vector<float> support(segment_count);
   for (std::size_t s = 0; s < segment_count; ++s) {
@@ -96,10 +116,10 @@ void appendMeasured(const ScanView& ground, std::size_t i, FloorSurface* surface
 }
 
 /// A point of Algorithm 3 at a distance from the axis, an azimuth and a height (level frame).
-void appendReconstructed(double r, double azimuth_deg, double z, std::uint16_t ring,
+void appendReconstructed(double r, const Heading& heading, double z, std::uint16_t ring,
                          float confidence, const Mounting& mounting, FloorSurface* surface) {
-  const auto x = static_cast<float>(r * std::cos(azimuth_deg * kDegree));
-  const auto y = static_cast<float>(r * std::sin(azimuth_deg * kDegree));
+  const auto x = static_cast<float>(r * heading.cosine);
+  const auto y = static_cast<float>(r * heading.sine);
   const auto point = mounting.toSensor(x, y, static_cast<float>(z));
   surface->x.push_back(point[0]);
   surface->y.push_back(point[1]);
@@ -111,7 +131,7 @@ void appendReconstructed(double r, double azimuth_deg, double z, std::uint16_t r
 }
 
 /// Algorithm 3 for one segment. Radius 0 is one point, not one per azimuth.
-void reconstructSegment(const PolarSegment& segment, const std::vector<double>& azimuths_deg,
+void reconstructSegment(const PolarSegment& segment, const std::vector<Heading>& headings,
                         const SensorModel& sensor, float confidence, const Mounting& mounting,
                         FloorSurface* surface) {
   const std::size_t n = segment.rings_below_wall;
@@ -120,9 +140,9 @@ void reconstructSegment(const PolarSegment& segment, const std::vector<double>& 
     const double r = linspaced(0.0, segment.min_distance, j, n);
     const double z = linspaced(origin_z, segment.adjusted_z, j, n);
     const std::uint16_t ring = sensor.ringsByElevation()[j];
-    const std::size_t azimuths = j == 0 ? 1 : azimuths_deg.size();
+    const std::size_t azimuths = j == 0 ? 1 : headings.size();
     for (std::size_t k = 0; k < azimuths; ++k) {
-      appendReconstructed(r, azimuths_deg[k], z, ring, confidence, mounting, surface);
+      appendReconstructed(r, headings[k], z, ring, confidence, mounting, surface);
     }
   }
 }
@@ -135,11 +155,11 @@ struct Reach {
 };
 
 std::vector<Reach> reachOf(const std::vector<PolarSegment>& segments, const Scan& ground,
-                           const AzimuthBins& bins, double origin_z) {
+                           const Bins& bin, double origin_z) {
   std::vector<Reach> reach(segments.size());
   for (std::size_t i = 0; i < ground.size(); ++i) {
     if (ground.valid[i] == 0) continue;
-    Reach& r = reach[bins.index(ground.x[i], ground.y[i])];
+    Reach& r = reach[bin[i]];
     r.radius = std::max(r.radius, planarRange(ground.x[i], ground.y[i]));
   }
   for (std::size_t s = 0; s < segments.size(); ++s) {
@@ -221,7 +241,7 @@ std::vector<PolarSegment> PolarSegments::segments(const Scan& ground, const Scan
                                                   const Mounting& mounting) const {
   std::vector<PolarSegment> segments(bins_.count());
   addWalls(walls, sensor, bins_, params_.wall_distance, &segments);
-  addGround(ground, bins_, &segments);
+  addGround(ground, binsOf(ground, bins_), &segments);
   const double steps = params_.segment_angle_deg / params_.horizontal_resolution_deg;
   for (PolarSegment& segment : segments) {
     segment.has_wall = segment.wall_points >= static_cast<std::size_t>(params_.min_wall_points);
@@ -250,20 +270,21 @@ FloorSurface PolarSegments::reconstruct(const ScanView& ground, const ScanView& 
   const auto support =
       wallSupport(level_walls, grid.size(), width_deg / params_.horizontal_resolution_deg);
 
+  const Bins bin = binsOf(level_ground, bins_);
   FloorSurface surface;
   for (std::size_t i = 0; i < level_ground.size(); ++i) {
     if (level_ground.valid[i] == 0) continue;
-    const std::size_t s = bins_.index(level_ground.x[i], level_ground.y[i]);
-    if (grid[s].keeps_measured) appendMeasured(ground, i, &surface);
+    if (grid[bin[i]].keeps_measured) appendMeasured(ground, i, &surface);
   }
+  Recycled<Heading> headings;
   for (std::size_t s = 0; s < grid.size(); ++s) {
     if (grid[s].keeps_measured) continue;
-    const auto azimuths = azimuthsOf(static_cast<double>(s) * width_deg, width_deg,
-                                     params_.horizontal_resolution_deg);
-    reconstructSegment(grid[s], azimuths, sensor, support[s], mounting, &surface);
+    listHeadings(static_cast<double>(s) * width_deg, width_deg, params_.horizontal_resolution_deg,
+                 &headings);
+    reconstructSegment(grid[s], headings, sensor, support[s], mounting, &surface);
   }
   surface.boundary =
-      outline(reachOf(grid, level_ground, bins_, -mounting.sensor_height), width_deg, mounting);
+      outline(reachOf(grid, level_ground, bin, -mounting.sensor_height), width_deg, mounting);
   surface.floor_plane = levelPlane(mounting);
   return surface;
 }
