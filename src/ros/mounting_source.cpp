@@ -43,7 +43,8 @@ MountingSource::MountingSource(const ros::NodeHandle& nh)
   if (base_frame_.empty()) return;
   listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
   if (forward_yaw_deg_ != 0.0) {
-    ROS_WARN("forward_yaw_deg is ignored: base_frame '%s' tells forward", base_frame_.c_str());
+    ROS_WARN("%s is ignored: base_frame '%s' tells forward",
+             nh.resolveName("forward_yaw_deg").c_str(), base_frame_.c_str());
   }
 }
 

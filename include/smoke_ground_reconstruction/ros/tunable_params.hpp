@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <stdexcept>
+#include <string>
 #include <type_traits>
 #include <utility>
 
@@ -28,7 +29,7 @@ class TunableParams {
   /// \param on_change  called after each change, on that queue.
   explicit TunableParams(
       const ros::NodeHandle& nh, std::function<void()> on_change = [] {})
-      : on_change_(std::move(on_change)), server_(mutex_, nh) {
+      : name_(nh.getNamespace()), on_change_(std::move(on_change)), server_(mutex_, nh) {
     server_.setCallback([this](Config& config, std::uint32_t) { onConfig(config); });
     is_ready_ = true;
   }
@@ -42,7 +43,7 @@ class TunableParams {
     try {
       store(config);
     } catch (const std::invalid_argument& error) {
-      ROS_WARN("Kept the parameters as they were: %s", error.what());
+      ROS_WARN("Kept the parameters of %s as they were: %s", name_.c_str(), error.what());
       config = accepted_;
       store(config);
     }
@@ -54,6 +55,7 @@ class TunableParams {
     std::atomic_store(&params_, std::make_shared<const Params>(toParams(config)));
   }
 
+  std::string name_;  // of the nodelet
   std::function<void()> on_change_;
   std::atomic<bool> is_ready_{false};  // not while the owner makes this
   Config accepted_ = Config::__getDefault__();
