@@ -127,7 +127,6 @@ class ReconstructorNodelet : public LazyNodelet {
     method.reconstruct(cloud.scan(), sensor, mounting, &room_);
     timing.finish("reconstruct", cloud.size(), room_.surface.size());
     timing.told(room_.visibility);
-    tellOfRoom(mounting.sensor_height);
 
     const auto grid = [&] {
       OccupancyGrid drawn;
@@ -136,6 +135,7 @@ class ReconstructorNodelet : public LazyNodelet {
       return drawn;
     };
     publishFloor(raw.header, room_.surface, mounting, grid, timing);
+    tellOfRoom(mounting.sensor_height);
     return {cloud.size(), room_.surface.size()};
   }
 
