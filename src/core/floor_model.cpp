@@ -426,8 +426,8 @@ FloorFitter::Step FloorFitter::reweighted(double sensor_height) {
 }
 
 /// A height's variance is (noise sine)^2 + unevenness^2; the medians of the steeper and of the
-/// flatter half of the returns tell both; returns of one slope the sum, which passes for the
-/// latter. Residuals beyond three of the scales of the step before tell nothing.
+/// flatter half of the returns tell both. Residuals beyond three of the scales of the step before
+/// tell nothing.
 void FloorFitter::tellNoise(double* noise, double* uneven) {
   *noise = kNoiseLeast;
   *uneven = kUneven;
@@ -439,7 +439,7 @@ void FloorFitter::tellNoise(double* noise, double* uneven) {
     if (is_near(i)) sines.add(sine_[i]);
   }
   if (static_cast<double>(sines.total()) < kFewest) return;
-  const double middle = sines.median() - 0.5 / kSines;
+  const double middle = sines.median();
   std::array<Histogram, 2> lengths = {Histogram(kLengths), Histogram(kLengths)};
   std::array<Histogram, 2> halves = {Histogram(kSines), Histogram(kSines)};
   for (std::size_t i = 0; i < count_; ++i) {
@@ -448,10 +448,7 @@ void FloorFitter::tellNoise(double* noise, double* uneven) {
     lengths[half].add(std::fabs(residual_[i]));
     halves[half].add(sine_[i]);
   }
-  if (lengths[1].total() == 0) {
-    *uneven = std::max(kUneven, kMad * lengths[0].median());
-    return;
-  }
+  if (lengths[0].total() == 0 || lengths[1].total() == 0) return;
   const double high = kMad * lengths[0].median();
   const double low = kMad * lengths[1].median();
   const double steeper = halves[0].median() * halves[0].median();

@@ -118,23 +118,6 @@ def test_a_ranges_noise_is_told_from_the_floors_unevenness(noise):
     assert uneven.uneven == pytest.approx(0.008, rel=0.15)
 
 
-def test_rings_of_one_slope_tell_the_sum_of_noise_and_unevenness():
-    """A ring at 15 deg, of 40 mm noise: its returns stray by 40 mm times its sine about the floor.
-    With fewer of a ring beside it, which tells no more than the plane's tilt, as well."""
-    azimuth = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
-    rng = np.random.default_rng(6)
-
-    def ring(elevation_deg, azimuth):
-        sine = np.sin(np.radians(elevation_deg))
-        flat = np.column_stack([np.cos(azimuth), np.sin(azimuth)]) * np.sqrt(1.0 - sine * sine)
-        beam = np.column_stack([flat, np.full(len(azimuth), -sine)])
-        return beam * (0.7 / sine + 0.04 * rng.standard_normal((len(azimuth), 1)))
-
-    assert fit_floor(ring(15.0, azimuth), 0.7).uneven == pytest.approx(0.0104, rel=0.1)
-    two = np.vstack([ring(15.0, azimuth), ring(7.5, azimuth[::2])])
-    assert fit_floor(two, 0.7).noise == pytest.approx(0.04, rel=0.15)
-
-
 def test_feet_of_one_far_wall_do_not_tilt_the_plane():
     # A wall at x = 4 whose lowest 50 mm are in reach of the coarse fit: 25 mm high in the mean.
     rng = np.random.default_rng(4)

@@ -284,17 +284,17 @@ def _noise(residual, sine, scale):
     """One sigma of a range, and of the floor's own unevenness [m].
 
     A height's variance is (noise sine)^2 + unevenness^2; the medians of the steeper and of the
-    flatter half of the returns tell both; returns of one slope the sum, which passes for the
-    latter. Residuals beyond three of the scales (N,) of the step before tell nothing.
+    flatter half of the returns tell both. Residuals beyond three of the scales (N,) of the step
+    before tell nothing.
     """
     near = residual < _TUKEY * np.maximum(scale, _SCALES[-1])
     residual, sine = residual[near], sine[near]
     if len(sine) < _FEWEST:
         return _NOISE_LEAST, _UNEVEN
-    middle = _median(sine, _SINES) - 0.5 / _SINES
+    middle = _median(sine, _SINES)
     steep = sine >= middle
-    if steep.all():
-        return _NOISE_LEAST, max(_UNEVEN, _MAD * _median(residual, _LENGTHS))
+    if steep.all() or not steep.any():
+        return _NOISE_LEAST, _UNEVEN
     deviation = [_MAD * _median(residual[half], _LENGTHS) for half in (steep, ~steep)]
     median_sine = [_median(sine[half], _SINES) for half in (steep, ~steep)]
     high, low = (value * value for value in deviation)
