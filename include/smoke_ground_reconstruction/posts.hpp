@@ -50,14 +50,15 @@ struct WallReturns {
             std::size_t columns);
 
  private:
-  struct Item {
-    std::uint32_t key, index;
-  };
-  void sort(std::size_t columns);
+  void divide(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+              std::size_t columns);
+  void sort(std::size_t column);
+  void rankMany(const std::int16_t* millimetres, std::size_t size);
   void gather(const UprightReturns& returns);
 
-  std::vector<Item> items_, sorted_;
-  std::vector<std::uint32_t> low_begin_, high_begin_;
+  std::vector<std::uint32_t> next_, chosen_;  // by column; returns by their column
+  std::vector<std::int16_t> millimetres_;     // of these, less 32768
+  std::vector<std::uint32_t> rank_, order_;   // of those of one column
 };
 
 /// Farther returns are no wall [m].

@@ -21,6 +21,10 @@ using Ints =
 using Shorts = std::int16_t __attribute__((vector_size(2 * kLanes)));
 using Bytes = std::int8_t __attribute__((vector_size(kLanes)));
 
+/// Sixteen short numbers.
+constexpr std::uint32_t kManyLanes = 16;
+using ManyShorts = std::int16_t __attribute__((vector_size(2 * kManyLanes)));
+
 /// What SSE and NEON work on at once; of any processor.
 using FourFloats = float __attribute__((vector_size(16)));
 using FourInts = std::int32_t __attribute__((vector_size(16)));

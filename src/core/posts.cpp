@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <numeric>
 
+#include "lanes.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 #include "point_loops.hpp"
@@ -16,6 +18,9 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr std::uint32_t kColumnShift = 16;  // a column's millimetres below it
+constexpr std::size_t kRanked = 255;        // returns of a column that are ranked by counting
+constexpr std::size_t kRankedAtOnce = 4 * kManyLanes;
+constexpr std::int32_t kMiddle = 32768;     // millimetres less this are signed numbers of 16 bits
 constexpr double kHalf = 25.0;              // a post's returns lie this near to each other [mm]
 constexpr double kAround = 120.0;           // what lies this near counts as around [mm]
 constexpr std::size_t kToldBy = 3;          // one column in so many tells the spread of walls
@@ -66,6 +71,30 @@ std::uint32_t narrowestHalf(const std::uint32_t* value, std::size_t size) {
   return narrowest;
 }
 
+/// Places of some values in ascending order, equal ones as they follow each other. Each is compared
+/// with each: of so few that takes less time than to sort them.
+/// \param value, rank  with room for some more.
+SMOKE_GROUND_MULTIVERSION
+void rankFew(const std::int16_t* value, std::size_t size, std::uint32_t* rank) {
+  std::array<std::uint8_t, kRanked> equal;  // of those so far, by rank
+  std::fill_n(equal.begin(), size, std::uint8_t{0});
+  for (std::size_t begin = 0; begin < size; begin += kRankedAtOnce) {
+    std::array<ManyShorts, kRankedAtOnce / kManyLanes> at, below{};
+    std::memcpy(&at, value + begin, sizeof(at));
+    for (std::size_t k = 0; k < size; ++k) {
+      const ManyShorts other = ManyShorts{} + value[k];
+      for (std::size_t part = 0; part < at.size(); ++part) below[part] -= other < at[part];
+    }
+    std::array<std::int16_t, kRankedAtOnce> first;
+    std::memcpy(first.data(), &below, sizeof(below));
+    const std::size_t count = std::min(kRankedAtOnce, size - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto place = static_cast<std::size_t>(first[k]);
+      rank[begin + k] = static_cast<std::uint32_t>(place + equal[place]++);
+    }
+  }
+}
+
 /// Which of some keys in ascending order have kPostPoints others near, themselves counted.
 SMOKE_GROUND_MULTIVERSION
 void markNear(const std::uint32_t* key, std::size_t size, std::uint32_t half,
@@ -104,14 +133,10 @@ int strongestSlot(const Votes& votes, double* around) {
 
 void WallReturns::take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
                        std::size_t columns) {
-  items_.resize(chosen.size());
-  for (std::size_t k = 0; k < chosen.size(); ++k) {
-    const std::uint32_t i = chosen[k];
-    const auto millimetres = static_cast<std::int32_t>(returns.planar[i] * 1000.0);
-    const std::uint32_t column = returns.column[i];
-    items_[k] = {column << kColumnShift | static_cast<std::uint32_t>(millimetres), i};
-  }
-  sort(columns);
+  divide(returns, chosen, columns);
+  index.resize(chosen.size());
+  key.resize(chosen.size());
+  for (std::size_t c = 0; c < columns; ++c) sort(c);
   gather(returns);
 }
 
@@ -122,36 +147,65 @@ std::size_t WallReturns::firstIn(std::size_t of_column, const RangeWindow& windo
   return static_cast<std::size_t>(first - planar.data());
 }
 
-/// Two stable passes: the lower bits of the millimetres, then upper bits and column.
-void WallReturns::sort(std::size_t columns) {
-  constexpr std::uint32_t kLowBits = 13;
-  constexpr std::uint32_t kLowMask = (1U << kLowBits) - 1;
-  constexpr std::uint32_t kUpper = 1U << (kColumnShift - kLowBits);  // values of the upper bits
-  sorted_.resize(items_.size());
-  low_begin_.assign(kLowMask + 2, 0);
-  high_begin_.assign(columns * kUpper + 1, 0);
-  for (const Item& item : items_) {
-    ++low_begin_[(item.key & kLowMask) + 1];
-    ++high_begin_[(item.key >> kLowBits) + 1];
+/// By column, in order within each. Of many in a row the column is the same, or of none.
+void WallReturns::divide(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
+                         std::size_t columns) {
+  column_begin.assign(columns + 1, 0);
+  const std::uint16_t* const column_of = returns.column.data();
+  for (std::size_t k = 0; k < chosen.size();) {
+    const std::uint16_t column = column_of[chosen[k]];
+    std::uint32_t count = 0;
+    for (; k < chosen.size() && column_of[chosen[k]] == column; ++k) ++count;
+    column_begin[column + 1U] += count;
   }
-  for (auto* begin : {&low_begin_, &high_begin_}) {
-    std::partial_sum(begin->begin(), begin->end(), begin->begin());
+  std::partial_sum(column_begin.begin(), column_begin.end(), column_begin.begin());
+  next_.assign(column_begin.begin(), column_begin.end());
+  chosen_.resize(chosen.size());
+  millimetres_.resize(chosen.size() + kRankedAtOnce);
+  for (std::size_t k = 0; k < chosen.size();) {
+    const std::uint16_t column = column_of[chosen[k]];
+    std::uint32_t place = next_[column];
+    for (; k < chosen.size() && column_of[chosen[k]] == column; ++k, ++place) {
+      chosen_[place] = chosen[k];
+      const auto millimetres = static_cast<std::int32_t>(returns.planar[chosen[k]] * 1000.0);
+      millimetres_[place] = static_cast<std::int16_t>(millimetres - kMiddle);
+    }
+    next_[column] = place;
   }
-  column_begin.resize(columns + 1);
-  for (std::size_t c = 0; c <= columns; ++c) column_begin[c] = high_begin_[c * kUpper];
-  for (const Item& item : items_) sorted_[low_begin_[item.key & kLowMask]++] = item;
-  for (const Item& item : sorted_) items_[high_begin_[item.key >> kLowBits]++] = item;
+}
+
+/// A column by millimetres, then by their order.
+void WallReturns::sort(std::size_t column) {
+  const std::size_t begin = column_begin[column], size = column_begin[column + 1] - begin;
+  const std::int16_t* const millimetres = millimetres_.data() + begin;
+  rank_.resize(size);
+  if (size <= kRanked) {
+    rankFew(millimetres, size, rank_.data());
+  } else {
+    rankMany(millimetres, size);
+  }
+  const auto base = static_cast<std::uint32_t>(column << kColumnShift);
+  for (std::size_t k = 0; k < size; ++k) {
+    const std::size_t place = begin + rank_[k];
+    index[place] = chosen_[begin + k];
+    key[place] = base + static_cast<std::uint32_t>(millimetres[k] + kMiddle);
+  }
+}
+
+void WallReturns::rankMany(const std::int16_t* millimetres, std::size_t size) {
+  order_.resize(size);
+  std::iota(order_.begin(), order_.end(), 0U);
+  std::sort(order_.begin(), order_.end(), [millimetres](std::uint32_t a, std::uint32_t b) {
+    return millimetres[a] != millimetres[b] ? millimetres[a] < millimetres[b] : a < b;
+  });
+  for (std::uint32_t k = 0; k < size; ++k) rank_[order_[k]] = k;
 }
 
 void WallReturns::gather(const UprightReturns& returns) {
-  const std::size_t n = items_.size();
+  const std::size_t n = index.size();
   for (auto* values : {&planar, &height, &x, &y}) values->resize(n);
-  index.resize(n);
-  key.resize(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const std::uint32_t i = items_[k].index;
-    index[k] = i;
-    key[k] = items_[k].key;
+    const std::uint32_t i = index[k];
     planar[k] = returns.planar[i];
     height[k] = returns.height[i];
     x[k] = returns.points->x[i];
