@@ -107,6 +107,8 @@ class PostFinder {
 
  private:
   void findDense(const std::vector<std::uint32_t>& key, std::size_t begin, std::size_t end);
+  void countBefore(const std::vector<std::uint32_t>& key, std::size_t begin, std::size_t end);
+  std::size_t countWithin(std::uint32_t key, std::uint32_t half) const;
   void addPosts(const WallReturns& returns, Posts* posts) const;
   void addPost(const WallReturns& returns, std::size_t begin, std::size_t end, Posts* posts) const;
 
@@ -114,6 +116,8 @@ class PostFinder {
   std::uint32_t around_ = 0;            // what lies this near counts as around [mm]
   std::vector<std::uint8_t> has_near_;  // by place in the order of `returns`
   std::vector<std::uint32_t> dense_;    // of a stretch: places in the order of `returns`
+  std::uint32_t first_ = 0, last_ = 0;  // key of what lies around it
+  std::vector<std::uint32_t> before_;   // of these keys, by millimetre from the first
 };
 
 /// Finds the ceiling; keeps its buffers.

@@ -276,19 +276,28 @@ void PostFinder::findDense(const std::vector<std::uint32_t>& key, std::size_t be
     for (std::size_t i = begin; i < end; ++i) dense_.push_back(static_cast<std::uint32_t>(i));
     return;
   }
-  std::size_t near_begin = begin, near_end = begin, around_end = begin;
+  countBefore(key, around_begin, most_end);
   for (std::size_t i = begin; i < end; ++i) {
-    if (has_near_[i] == 0) continue;
-    while (key[near_begin] + half_ < key[i]) ++near_begin;
-    while (near_end < end && key[near_end] <= key[i] + half_) ++near_end;
-    bool is_dense = is_most(near_end - near_begin, most_around);
-    if (!is_dense) {
-      while (key[around_begin] + around_ < key[i]) ++around_begin;
-      while (around_end < most_end && key[around_end] <= key[i] + around_) ++around_end;
-      is_dense = is_most(near_end - near_begin, around_end - around_begin);
-    }
-    if (is_dense) dense_.push_back(static_cast<std::uint32_t>(i));
+    const std::size_t near = countWithin(key[i], half_);
+    if (near < kPostPoints || !is_most(near, countWithin(key[i], around_))) continue;
+    dense_.push_back(static_cast<std::uint32_t>(i));
   }
+}
+
+/// How many of some keys lie before each millimetre from the first to the last.
+void PostFinder::countBefore(const std::vector<std::uint32_t>& key, std::size_t begin,
+                             std::size_t end) {
+  first_ = key[begin];
+  last_ = key[end - 1];
+  before_.assign(last_ - first_ + 2, 0);
+  for (std::size_t i = begin; i < end; ++i) ++before_[key[i] - first_ + 1];
+  std::partial_sum(before_.begin(), before_.end(), before_.begin());
+}
+
+/// How many of these lie so near to one of them.
+std::size_t PostFinder::countWithin(std::uint32_t key, std::uint32_t half) const {
+  const std::uint32_t up_to = std::min(last_ - key, half), from = std::min(key - first_, half);
+  return before_[key + up_to - first_ + 1] - before_[key - from - first_];
 }
 
 /// Posts are stretches of dense returns each near to the last.
