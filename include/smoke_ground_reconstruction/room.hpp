@@ -192,7 +192,6 @@ class Room {
   double widening_ = 1.0;  // and how much wider it makes the places of walls
   Points turned_;
   UprightReturns returns_;
-  std::vector<std::uint32_t> bin_;
   std::vector<std::uint8_t> flags_;  // what each return may be
   // Returns, in order: on the floor; below it; about its height, and of these those that tell the
   // relief; as high as the ceiling; what can be wall; what is on the boundary's walls.

@@ -95,6 +95,17 @@ SMOKE_GROUND_PART std::size_t countWhere(const std::uint8_t* flags, std::size_t 
   return count;
 }
 
+constexpr std::size_t kAtOnce = 64;  // flags, of which often none is wanted
+
+/// Is any of some returns of a kind? No more of them than kAtOnce.
+SMOKE_GROUND_PART bool hasKind(const std::uint8_t* kinds, std::size_t size, std::uint8_t kind) {
+  std::array<std::uint64_t, kAtOnce / 8> words{};
+  std::memcpy(words.data(), kinds, size);
+  std::uint64_t all = 0;
+  for (const std::uint64_t word : words) all |= word;
+  return (all & kind * 0x0101010101010101U) != 0;
+}
+
 /// Takes the points [begin, end) one by one.
 std::size_t takeEach(const ScanView& scan, std::size_t begin, std::size_t end, std::size_t count,
                      const TakenReturns& to) {
@@ -156,21 +167,20 @@ void turnPoints(const PointArrays& points, const std::array<double, 9>& rotation
 SMOKE_GROUND_MULTIVERSION
 void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& plane, float* planar,
                       float* height) {
-  const double a = plane[0];
-  const double b = plane[1];
-  const double c = plane[2];
+  const auto a = static_cast<float>(plane[0]);
+  const auto b = static_cast<float>(plane[1]);
+  const auto c = static_cast<float>(plane[2]);
   for (std::size_t i = 0; i < points.size; ++i) {
-    const double x = points.x[i];
-    const double y = points.y[i];
-    const double z = points.z[i];
-    planar[i] = static_cast<float>(std::sqrt(x * x + y * y));
-    height[i] = static_cast<float>(z - ((a * x + b * y) + c));
+    const float x = points.x[i];
+    const float y = points.y[i];
+    planar[i] = std::sqrt(x * x + y * y);
+    height[i] = points.z[i] - ((a * x + b * y) + c);
   }
 }
 
 SMOKE_GROUND_MULTIVERSION
-void findKinds(const PointArrays& points, const float* intensity, const float* planar,
-               const float* height, const KindBounds& bounds, std::uint8_t* kind) {
+void findKinds(const float* planar, const float* z, const float* height, std::size_t size,
+               const KindBounds& bounds, std::uint8_t* kind) {
   const float low = upper(bounds.low), low_range = upper(bounds.low_range);
   const auto lift_square = static_cast<float>(bounds.lift_square);
   const float deep = upper(bounds.deep), above = lower(bounds.above);
@@ -181,26 +191,40 @@ void findKinds(const PointArrays& points, const float* intensity, const float* p
   const float ceiling_lowest = lower(bounds.ceiling_lowest);
   const float ceiling_highest = upper(bounds.ceiling_highest);
   const auto soft_square = static_cast<float>(bounds.soft_square);
-  const auto soft_gate = static_cast<float>(bounds.soft_gate);
-  const PointArrays at = points;
-  for (std::size_t i = 0; i < at.size; ++i) {
+  for (std::size_t i = 0; i < size; ++i) {
     const float h = height[i];
     const float range = planar[i];
-    const float square = (at.x[i] * at.x[i] + at.y[i] * at.y[i]) + at.z[i] * at.z[i];
+    const float square = range * range + z[i] * z[i];
     const int is_above = h > above ? 1 : 0;
-    const int is_weak = intensity[i] * square < soft_gate ? 1 : 0;
-    const int is_soft = is_above & is_weak & (square < soft_square ? 1 : 0);
     const int is_on = (std::fabs(h) < low ? 1 : 0) | (h * h * square < lift_square ? 1 : 0);
     const int is_low = is_on & (range < low_range ? 1 : 0);
     const int is_near = (h > near_lowest ? 1 : 0) & (h < near_highest ? 1 : 0);
     const int is_within = (range > wall_nearest ? 1 : 0) & (range < wall_farthest ? 1 : 0);
-    const int may_be_wall = is_above & (is_soft ^ 1) & (h < wall_highest ? 1 : 0) & is_within;
+    const int may_be_wall = is_above & (h < wall_highest ? 1 : 0) & is_within;
     const int is_at_ceiling =
         is_above & (h > ceiling_lowest ? 1 : 0) & (h < ceiling_highest ? 1 : 0);
-    const int sum = is_low * ReturnKind::kLow + is_soft * ReturnKind::kSoft +
+    const int may_be_soft = is_above & (square < soft_square ? 1 : 0);
+    const int sum = is_low * ReturnKind::kLow + may_be_soft * ReturnKind::kSoft +
                     (h < deep ? ReturnKind::kDeep : 0) + is_near * ReturnKind::kNear +
                     may_be_wall * ReturnKind::kMayBeWall + is_at_ceiling * ReturnKind::kAtCeiling;
     kind[i] = static_cast<std::uint8_t>(sum);
+  }
+}
+
+SMOKE_GROUND_MULTIVERSION
+void judgeSoft(const float* planar, const float* z, const float* intensity, std::size_t size,
+               double gate, std::uint8_t* kind) {
+  const auto least = static_cast<float>(gate);
+  for (std::size_t begin = 0; begin < size; begin += kAtOnce) {
+    const std::size_t end = std::min(size, begin + kAtOnce);
+    if (!hasKind(kind + begin, end - begin, ReturnKind::kSoft)) continue;
+    for (std::size_t i = begin; i < end; ++i) {
+      const float square = planar[i] * planar[i] + z[i] * z[i];
+      const int is_soft =
+          (kind[i] & ReturnKind::kSoft) & (intensity[i] * square < least ? ReturnKind::kSoft : 0);
+      const int not_wall = is_soft * (ReturnKind::kMayBeWall / ReturnKind::kSoft);
+      kind[i] = static_cast<std::uint8_t>((kind[i] & ~(ReturnKind::kSoft | not_wall)) | is_soft);
+    }
   }
 }
 

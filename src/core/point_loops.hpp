@@ -34,7 +34,10 @@ std::size_t takeReturns(const ScanView& scan, const TakenReturns& to);
 void turnPoints(const PointArrays& points, const std::array<double, 9>& rotation, float* x,
                 float* y, float* z);
 
-/// Planar range and height over the plane z = a x + b y + c [m].
+/// Points that are worked on together, so that what is told of them stays in the fastest memory.
+constexpr std::size_t kTogether = 2048;
+
+/// Planar range and height over the plane z = a x + b y + c [m], in single precision.
 void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& plane, float* planar,
                       float* height);
 
@@ -47,13 +50,17 @@ struct KindBounds {
   double above, wall_highest;        // soft returns, too, lie above
   double wall_nearest, wall_farthest;
   double ceiling_lowest, ceiling_highest;
-  double soft_square, soft_gate;  // of the range's square; of strength, the intensity
-                                  // times that, both in single precision
+  double soft_square;  // of the range, in single precision
 };
 
-/// What returns may be. Comparisons are exact, but for strength.
-void findKinds(const PointArrays& points, const float* intensity, const float* planar,
-               const float* height, const KindBounds& bounds, std::uint8_t* kind);
+/// What returns may be; soft is whatever lies so near. Comparisons are exact, but for squares.
+void findKinds(const float* planar, const float* z, const float* height, std::size_t size,
+               const KindBounds& bounds, std::uint8_t* kind);
+
+/// Leaves those soft, and no wall, that are weak: by their strength, intensity times the range's
+/// square in single precision.
+void judgeSoft(const float* planar, const float* z, const float* intensity, std::size_t size,
+               double gate, std::uint8_t* kind);
 
 /// The indices of `size` flags that are as wanted under a mask, in order.
 void listWhere(const std::uint8_t* flags, std::size_t size, std::uint8_t mask, std::uint8_t wanted,

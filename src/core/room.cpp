@@ -1,6 +1,7 @@
 #include "smoke_ground_reconstruction/room.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -136,27 +137,32 @@ void Room::look(const Points& level, const std::vector<float>& intensity, const 
 /// Coordinates in the upright frame and what follows from them.
 void Room::takeIn(const Points& level) {
   const std::size_t n = level.size();
-  returns_.points = &level;
-  if (rotation_ != kIdentity) {
+  const bool is_turned = rotation_ != kIdentity;
+  returns_.points = is_turned ? &turned_ : &level;
+  if (is_turned) {
     for (auto* values : {&turned_.x, &turned_.y, &turned_.z}) values->resize(n);
-    turnPoints({level.x.data(), level.y.data(), level.z.data(), n}, rotation_, turned_.x.data(),
-               turned_.y.data(), turned_.z.data());
-    returns_.points = &turned_;
   }
-  const Points& at = points();
   for (auto* values : {&returns_.planar, &returns_.height}) values->resize(n);
-  rangesAndHeights({at.x.data(), at.y.data(), at.z.data(), n}, plane_, returns_.planar.data(),
-                   returns_.height.data());
-  bin_.resize(n);
   returns_.column.resize(n);
-  bins_.indices(at.x.data(), at.y.data(), n, bin_.data());
-  for (std::size_t i = 0; i < n; ++i) returns_.column[i] = static_cast<std::uint16_t>(bin_[i]);
+  std::array<std::uint32_t, kTogether> bin;
+  for (std::size_t begin = 0; begin < n; begin += kTogether) {
+    const std::size_t size = std::min(kTogether, n - begin);
+    if (is_turned) {
+      turnPoints({&level.x[begin], &level.y[begin], &level.z[begin], size}, rotation_,
+                 &turned_.x[begin], &turned_.y[begin], &turned_.z[begin]);
+    }
+    const float *const x = &points().x[begin], *const y = &points().y[begin];
+    rangesAndHeights({x, y, &points().z[begin], size}, plane_, &returns_.planar[begin],
+                     &returns_.height[begin]);
+    bins_.indices(x, y, size, bin.data());
+    std::copy_n(bin.data(), size, &returns_.column[begin]);
+  }
 }
 
 /// Range-free strength below which a near return is smoke; NaN where the floor does not tell.
 /// Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
 double Room::softGate(const std::vector<float>& intensity) const {
-  const Sample some(size(), kLookedAt), all(size(), size());
+  const Sample some(low_.size()), all(low_.size(), low_.size());
   OrderedSum strength = floorStrength(intensity, some);
   if (strength.count() < kStrengths && some.size() < all.size()) {
     strength = floorStrength(intensity, all);
@@ -167,10 +173,9 @@ double Room::softGate(const std::vector<float>& intensity) const {
 /// The mean of this: where smoke leaves whole numbers of 0 and 1, a median would be 0.
 OrderedSum Room::floorStrength(const std::vector<float>& intensity, const Sample& sample) const {
   OrderedSum strength;
-  const double farthest = std::min(kFloorRange, params_.max_range);
   for (std::size_t k = 0; k < sample.size(); ++k) {
-    const std::size_t i = sample[k];
-    if (!(std::fabs(returns_.height[i]) < tolerance_) || !(planar(i) < farthest)) continue;
+    const std::uint32_t i = low_[sample[k]];
+    if (!(std::fabs(height(i)) < tolerance_) || !(planar(i) < kFloorRange)) continue;
     const double x = points().x[i];
     const double y = points().y[i];
     const double z = points().z[i];
@@ -196,11 +201,11 @@ void Room::sortOut(const std::vector<float>& intensity) {
   bounds.ceiling_lowest = view_.ceiling - kBelowCeiling;
   bounds.ceiling_highest = view_.ceiling + kBelowCeiling;
   bounds.soft_square = kSoftRange * kSoftRange;
-  bounds.soft_gate = softGate(intensity);
   flags_.resize(size());
-  findKinds({points().x.data(), points().y.data(), points().z.data(), size()}, intensity.data(),
-            returns_.planar.data(), returns_.height.data(), bounds, flags_.data());
+  const float *const ranges = returns_.planar.data(), *const z = points().z.data();
+  findKinds(ranges, z, returns_.height.data(), size(), bounds, flags_.data());
   listKind(flags_, ReturnKind::kLow, &low_);
+  judgeSoft(ranges, z, intensity.data(), size(), softGate(intensity), flags_.data());
   listKind(flags_, ReturnKind::kDeep, &deep_);
   listKind(flags_, ReturnKind::kNear, &near_);
   listKind(flags_, ReturnKind::kMayBeWall, &maybe_wall_);

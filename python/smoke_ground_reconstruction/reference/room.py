@@ -12,7 +12,7 @@ from .floor_relief import FLAT, FLATNESS, HIGHEST, LOWEST, find_relief
 from .hidden_drops import certain_floor
 from .ordered import ordered_sum, times
 from .posts import ceiling_height, find_posts, spread_of_walls, widening_for
-from .sample import sample
+from .sample import FEWEST, sample
 from .scan import rotated
 from .wall_lines import Returns, View, find_lines, line_support
 from .wall_profile import column_profile
@@ -86,12 +86,12 @@ class Room:
         self.intensity = intensity
         self.plane = rotated_plane(floor.plane, rotation)
         self.columns = bins.count()
-        x, y, z = self.xyz.T
-        a, b, c = self.plane
-        # Kept in single precision, as the coordinates are.
-        self.height = (z - ((a * x + b * y) + c)).astype(np.float32).astype(np.float64)
-        self.planar = np.sqrt(x * x + y * y).astype(np.float32).astype(np.float64)
-        self.column = bins.index(x, y)
+        # In single precision, as the coordinates are.
+        x, y, z = self.xyz.astype(np.float32).T
+        a, b, c = self.plane.astype(np.float32)
+        self.height = (z - ((a * x + b * y) + c)).astype(np.float64)
+        self.planar = np.sqrt(x * x + y * y).astype(np.float64)
+        self.column = bins.index(*self.xyz[:, :2].T)
         self.ceiling = ceiling_height(self.height, self.planar, self.column)
         self.is_low = self._on_floor() & (self.planar < params.max_range)
         self.is_soft = self._soft()
@@ -107,21 +107,25 @@ class Room:
 
     def _on_floor(self):
         """Which returns lie on the plane, as far as their noise lets them?"""
-        x, y, z = self.xyz.astype(np.float32).T
         height = self.height.astype(np.float32)
-        lifted = height * height * ((x * x + y * y) + z * z)
+        lifted = height * height * self._square()
         return (np.abs(self.height) < self.tolerance) | (lifted < np.float32(self.lift * self.lift))
+
+    def _square(self):
+        """Of ranges, in single precision."""
+        planar, z = self.planar.astype(np.float32), self.xyz[:, 2].astype(np.float32)
+        return planar * planar + z * z
 
     def _soft(self):
         """Returns of smoke near the sensor: weaker, range apart, than walls are beside the floor.
 
         Intensity enters as a ratio to the floor's, so the sensor's scale does not matter.
         """
-        near = self.planar < min(_FLOOR_RANGE, self.params.max_range)
-        near &= np.abs(self.height) < self.tolerance
-        for fewest in (_LOOKED_AT, len(self.xyz)):
-            some = sample(len(self.xyz), fewest)
-            floor = some[near[some]]
+        low = np.flatnonzero(self.is_low)
+        near = (self.planar < _FLOOR_RANGE) & (np.abs(self.height) < self.tolerance)
+        for fewest in (FEWEST, len(low)):
+            floor = low[sample(len(low), fewest)]
+            floor = floor[near[floor]]
             if len(floor) >= _STRENGTHS:
                 break
         if len(floor) == 0:
@@ -130,8 +134,7 @@ class Room:
         strength = self.intensity[floor] * ((x * x + y * y) + z * z)
         # The mean: where smoke leaves whole numbers of 0 and 1, a median would be 0.
         gate = self.params.smoke_gate * (ordered_sum(strength) / len(floor))
-        x, y, z = self.xyz.astype(np.float32).T
-        square = (x * x + y * y) + z * z
+        square = self._square()
         near = square < np.float32(_SOFT_RANGE * _SOFT_RANGE)
         soft = near & (self.intensity.astype(np.float32) * square < np.float32(gate))
         return soft & (self.height > self.params.min_wall_height)
