@@ -51,7 +51,7 @@ struct FloorModel {
 /// Fits the floor of one scan after another; keeps its buffers, not its answers.
 ///
 /// A search over tilts finds the height that most floor cells agree on; iteratively reweighted
-/// least squares (Tukey) with a weak prior at the mounting height refines it, on 4000 returns or
+/// least squares (Tukey) with a weak prior at the mounting height refines it, on 2500 returns or
 /// more that stand for all. Heights more than
 /// `max_height_deviation` off the mounting height beneath the sensor are never looked at. O(n).
 class FloorFitter {

@@ -18,6 +18,7 @@ constexpr float kNearest = 0.3F;  // planar range of the returns that vote [m]
 constexpr float kFarthest = 15.0F;
 constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
 constexpr std::size_t kFirstVotes = 200;  // ... in that among all tilts
+constexpr std::size_t kFitted = 2500;     // ... in the fit
 constexpr float kSlotsPerMetre = 100.0F;  // of heights that are voted for
 constexpr double kVote = 1024.0;          // a cell with one return
 constexpr double kCell = 0.1;             // each cell of the floor has about one vote [m]
@@ -286,7 +287,7 @@ int FloorFitter::mostVotes(std::size_t tilt, int* slot) const {
 /// all.
 bool FloorFitter::refineSome(const Points& returns, const Plane& plane, double sensor_height,
                              FloorModel* found) {
-  const Sample some(low_.size()), all(low_.size(), low_.size());
+  const Sample some(low_.size(), kFitted), all(low_.size(), low_.size());
   if (refine(returns, some, plane, sensor_height, found)) return true;
   return some.size() < all.size() && refine(returns, all, plane, sensor_height, found);
 }

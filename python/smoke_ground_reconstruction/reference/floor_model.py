@@ -14,11 +14,12 @@ import numpy as np
 from ..params import RoomBoundaryParams
 from .cells import cell_numbers
 from .ordered import least_axis, ordered_sum, symmetric_inverse, times
-from .sample import FEWEST, sample
+from .sample import sample
 
 _NEAREST, _FARTHEST = np.float32(0.3), np.float32(15.0)  # planar range of the returns that vote [m]
 _VOTES = 1500  # returns, at least, that take part in the search of the tilt
 _FIRST_VOTES = 200  # ... in that among all tilts
+_FITTED = 2500  # ... in the fit
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
 _VOTE = 1024.0  # a cell with one return
@@ -102,7 +103,7 @@ def fit_floor(xyz, sensor_height, before=None, params=None):
     """The floor of one scan.
 
     A search over tilts finds the height that most floor cells agree on; iteratively reweighted
-    least squares (Tukey) with a weak prior at the mounting height refines it, on 4000 returns or
+    least squares (Tukey) with a weak prior at the mounting height refines it, on 2500 returns or
     more that stand for all. Heights more than `max_height_deviation` off the mounting height
     beneath the sensor are never looked at: ceilings and table tops do not become floor.
 
@@ -203,7 +204,7 @@ def _slope(degrees):
 
 def _refined_by_some(low, plane, sensor_height, params):
     """What is too little among some of the low returns may be enough among all."""
-    for fewest in (FEWEST, len(low)):
+    for fewest in (_FITTED, len(low)):
         some = low[sample(len(low), fewest)]
         found = _refined(some, plane, sensor_height, params)
         if found is not None:
