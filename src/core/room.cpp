@@ -281,9 +281,7 @@ void Room::findWalls(const ColumnDirections& directions) {
   profile_finder_.find(posts_, support_, view_, beyond_, level_floor, directions,
                        params_.max_bridge_ratio, spread_, &profile_);
   findOnWalls();
-  if (findRamp()) {
-    findSeen(directions);
-  }
+  if (findRamp()) findSeen(directions);
   findDrops(directions);
   findCertainFloor();
   const bool drops = std::any_of(drops_.begin.begin(), drops_.begin.end(),
