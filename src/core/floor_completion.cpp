@@ -486,7 +486,8 @@ void FloorCompletion::complete(const SensedReturns& sensed, Room* room, const Se
                                const Mounting& mounting, const FloorModel& floor,
                                FloorSurface* surface) {
   confidence_.look(*room, claim_.limit);
-  surface->resize(std::max(surface->size(), claim_.measured.size()));
+  // With room for as much as was drawn last time, so that a new surface seldom has to grow.
+  surface->resize(std::max(surface->size(), claim_.measured.size() + drawn_.size));
   placeMeasured(sensed, *room, floor, surface);
   draw(room, sensor, mounting);
   surface->resize(claim_.measured.size() + drawn_.size);
