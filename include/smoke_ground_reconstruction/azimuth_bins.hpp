@@ -44,4 +44,8 @@ inline std::size_t wrapped(std::size_t column, std::size_t columns) {
   return column;
 }
 
+/// The greatest value of each column and of so many to either side; 0 at least.
+void greatestBeside(const std::vector<double>& values, std::size_t beside,
+                    std::vector<double>* greatest);
+
 }  // namespace smoke_ground_reconstruction

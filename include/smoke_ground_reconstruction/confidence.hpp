@@ -58,7 +58,6 @@ class FloorConfidence {
   };
   struct Block;
 
-  void findSeen(const Room& room);
   void findPosts(const Room& room);
   void findBridges(const Profile& profile);
   void findDrops(const DropOffs& drops);

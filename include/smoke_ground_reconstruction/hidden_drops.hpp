@@ -37,7 +37,6 @@ class CertainFloor {
  private:
   void markGaps(const std::vector<double>& distance, const std::vector<double>& rises);
   void markGap(std::size_t first, std::size_t length, const std::vector<double>& rises);
-  void spreadFloor(const std::vector<double>& floor);
   void markBeside(const std::vector<std::uint32_t>& low_wall, const std::vector<double>& stands);
 
   std::vector<std::uint8_t> is_gap_, is_open_, is_doubted_;

@@ -39,7 +39,7 @@ class FarthestReturns {
   void addAll(const std::vector<std::uint32_t>& list, const UprightReturns& returns,
               const Counts& counts);
   /// Planar range [m] per column, 0 where too few are seen; `beside` columns to either side tell.
-  void find(std::size_t beside, std::vector<double>* farthest) const;
+  void find(std::size_t beside, std::vector<double>* farthest);
 
  private:
   struct Ranges {
@@ -58,6 +58,7 @@ class FarthestReturns {
   static bool isRising(const std::vector<std::uint32_t>& list, const UprightReturns& returns);
 
   std::vector<Ranges> ranges_;
+  std::vector<double> own_;  // of each column alone
 };
 
 template <typename Counts>

@@ -111,4 +111,17 @@ void AzimuthBins::indices(const float* x, const float* y, std::size_t size,
   }
 }
 
+void greatestBeside(const std::vector<double>& values, std::size_t beside,
+                    std::vector<double>* greatest) {
+  const std::size_t columns = values.size();
+  greatest->resize(columns);
+  for (std::size_t c = 0; c < columns; ++c) {
+    double most = 0.0;
+    for (std::size_t k = 0; k <= 2 * beside; ++k) {
+      most = std::max(most, values[wrapped(c + columns + k - beside, columns)]);
+    }
+    (*greatest)[c] = most;
+  }
+}
+
 }  // namespace smoke_ground_reconstruction

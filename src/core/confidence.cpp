@@ -113,7 +113,7 @@ struct FloorConfidence::Block {
 
 void FloorConfidence::look(const Room& room, const std::vector<double>& limit) {
   const auto& kinds = room.profile().kind;
-  findSeen(room);
+  greatestBeside(room.ownFloor(), kSeenColumns, &seen_);
   findPosts(room);
   findBridges(room.profile());
   findDrops(room.drops());
@@ -272,17 +272,6 @@ SMOKE_GROUND_PART void FloorConfidence::tellRims(const Columns& columns,
     block.whole[k] = static_cast<float>(all[block.column[k]].logit(block.planar[k]));
   }
   for (std::size_t k = 0; k < rims; ++k) block.logit[block.rim[k]] = block.whole[k];
-}
-
-/// How far floor is measured in each column or those beside it.
-void FloorConfidence::findSeen(const Room& room) {
-  const auto& own = room.ownFloor();
-  seen_.assign(own.size(), 0.0);
-  for (std::size_t c = 0; c < own.size(); ++c) {
-    for (std::size_t k = 0; k <= 2 * kSeenColumns; ++k) {
-      seen_[c] = std::max(seen_[c], own[wrapped(c + own.size() + k - kSeenColumns, own.size())]);
-    }
-  }
 }
 
 /// Planar range of the outermost post of each column and those beside it, the lower median of the

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "smoke_ground_reconstruction/azimuth_bins.hpp"
+
 namespace smoke_ground_reconstruction {
 
 namespace {
@@ -39,22 +41,12 @@ void CertainFloor::find(const std::vector<double>& floor, const std::vector<doub
   for (std::size_t c = 0; c < columns; ++c) {
     is_open_[c] = is_gap_[c] != 0 || drops.begin[c] < kInfinity ? 1 : 0;
   }
-  spreadFloor(floor);
+  greatestBeside(floor, kFloorBeside, &measured_);
   markBeside(low_wall, stands);
   certain->assign(columns, kInfinity);
   for (std::size_t c = 0; c < columns; ++c) {
     if (is_gap_[c] == 0 && is_doubted_[c] == 0) continue;
     (*certain)[c] = std::max({measured_[c] + kGoesOn, stands[c], drops.floor_to[c]});
-  }
-}
-
-void CertainFloor::spreadFloor(const std::vector<double>& floor) {
-  const std::size_t columns = floor.size();
-  measured_.resize(columns);
-  for (std::size_t c = 0; c < columns; ++c) {
-    double most = 0.0;
-    around(c, kFloorBeside, columns, [&](std::size_t at) { most = std::max(most, floor[at]); });
-    measured_[c] = most;
   }
 }
 

@@ -98,16 +98,10 @@ bool FarthestReturns::isRising(const std::vector<std::uint32_t>& list,
   return 2 * rising > some.size();
 }
 
-void FarthestReturns::find(std::size_t beside, std::vector<double>* farthest) const {
-  const std::size_t columns = ranges_.size();
-  farthest->resize(columns);
-  for (std::size_t c = 0; c < columns; ++c) {
-    float most = 0.0F;
-    for (std::size_t k = 0; k <= 2 * beside; ++k) {
-      most = std::max(most, ranges_[wrapped(c + columns + k - beside, columns)].third);
-    }
-    (*farthest)[c] = most;
-  }
+void FarthestReturns::find(std::size_t beside, std::vector<double>* farthest) {
+  own_.resize(ranges_.size());
+  for (std::size_t c = 0; c < ranges_.size(); ++c) own_[c] = ranges_[c].third;
+  greatestBeside(own_, beside, farthest);
 }
 
 Room::Room(const AzimuthBins& bins) : bins_(bins) {}

@@ -47,3 +47,17 @@ class AzimuthBins:
 
     def _is_at_or_after(self, edge, x, y):
         return is_at_or_after(self._cosine[edge], self._sine[edge], x, y)
+
+
+def around_columns(values, beside, fold):
+    """Folds the values of each column and of so many to either side into one.
+
+    Args:
+        values: (columns,) one of each column.
+        beside: columns to either side.
+        fold: what makes one of them, as np.max, np.sum or np.any do along their `axis`.
+
+    Returns:
+        What `fold` makes of (2 beside + 1, columns) along the first axis.
+    """
+    return fold([np.roll(values, k) for k in range(-beside, beside + 1)], axis=0)

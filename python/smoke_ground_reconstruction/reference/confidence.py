@@ -9,6 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from ..config_files import config_directory
+from .azimuth_bins import around_columns
 from .floor_surface import BoundaryKind
 
 _RIM = (0.02, 0.1, 0.5, 2.0)  # distances to the end of the floor at which its influence is nil [m]
@@ -125,8 +126,7 @@ class _Columns:
         self.wall = 1.0 - self.inferred - self.limit
         self.post = self.wall * (room.profile.line < 0)
         self.end = np.minimum(claim.limit, room.drops.begin)
-        beside = range(-_SEEN_COLUMNS, _SEEN_COLUMNS + 1)
-        self.seen = np.max([np.roll(room.own_floor, shift) for shift in beside], axis=0)
+        self.seen = around_columns(room.own_floor, _SEEN_COLUMNS, np.max)
         self.bridge = np.minimum(_run_lengths(self.inferred > 0.0), _LONG_BRIDGE) / _LONG_BRIDGE
         posts = _post_distance(room.posts, room.columns)
         self.has_post = np.isfinite(posts)
@@ -220,8 +220,7 @@ def _post_distance(posts, columns):
     strong = posts.count >= _POST_RETURNS
     np.maximum.at(own, posts.column[strong], posts.distance[strong])
     own[own == -np.inf] = np.inf
-    shifts = range(-_POST_COLUMNS, _POST_COLUMNS + 1)
-    near = np.sort(np.stack([np.roll(own, shift) for shift in shifts]), axis=0)
+    near = around_columns(own, _POST_COLUMNS, np.sort)
     count = np.isfinite(near).sum(axis=0)
     found = near[np.maximum(0, (count - 1) // 2), np.arange(columns)]
     return np.where(count > 0, found, np.nan)

@@ -10,6 +10,8 @@ which leads to something. Not in the thesis.
 
 import numpy as np
 
+from .azimuth_bins import around_columns
+
 _WIDE = 12  # columns of a gap in which a drop can hide
 _RISING_SHARE = 0.5  # of the columns of a gap in which a ramp leads on
 _FLOOR_BESIDE = 12  # columns to either side that share what they measure
@@ -36,12 +38,12 @@ def certain_floor(floor, distance, drops, low_wall, stands, rises):
         Is floor measured in the column that rises over the plane?
     """
     certain = np.full(len(floor), np.inf)
-    gap = _hiding_gaps(distance == 0.0, _around(rises, _FLOOR_BESIDE, np.any))
+    gap = _hiding_gaps(distance == 0.0, around_columns(rises, _FLOOR_BESIDE, np.any))
     is_open = gap | np.isfinite(drops.begin)
     if not is_open.any():
         return certain
-    measured = _around(floor, _FLOOR_BESIDE, np.max)
-    ends = _around(low_wall, _WALL_BESIDE, np.sum) >= _WALL_RETURNS
+    measured = around_columns(floor, _FLOOR_BESIDE, np.max)
+    ends = around_columns(low_wall, _WALL_BESIDE, np.sum) >= _WALL_RETURNS
     doubted = gap | _beside(is_open, ends | (stands > measured))
     near = np.maximum(measured + _GOES_ON, stands)
     certain[doubted] = np.maximum(near, drops.floor_to)[doubted]
@@ -61,10 +63,6 @@ def _hiding_gaps(is_unknown, rises):
         if length >= _WIDE and rises[run].sum() < _RISING_SHARE * length:
             found[run] = True
     return found
-
-
-def _around(values, beside, fold):
-    return fold([np.roll(values, k) for k in range(-beside, beside + 1)], axis=0)
 
 
 def _beside(is_open, ends):

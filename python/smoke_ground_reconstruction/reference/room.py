@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from . import wall_feet
+from .azimuth_bins import around_columns
 from .cells import cell_keys, cell_numbers
 from .drop_edges import DropTolerances
 from .drop_offs import find_drop_offs
@@ -304,7 +305,7 @@ class Room:
         enough = np.bincount(column, minlength=self.columns) >= rank
         found = np.zeros(self.columns)
         found[enough] = planar[order][begin[enough] + rank - 1]
-        return np.max([np.roll(found, k) for k in range(-beside, beside + 1)], axis=0)
+        return around_columns(found, beside, np.max)
 
     def _drop_offs(self, directions):
         distance = self.profile.distance[self.column]
