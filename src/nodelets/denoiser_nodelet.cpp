@@ -16,11 +16,11 @@ namespace smoke_ground_reconstruction {
 /// Takes smoke out of a cloud: ~input -> ~denoised and ~noise.
 class DenoiserNodelet : public LazyNodelet {
  public:
-  ~DenoiserNodelet() override { endScans(); }
+  ~DenoiserNodelet() override { endCallbacks(); }
 
  private:
   void setUp() override {
-    params_ = std::make_unique<TunableParams<DenoiserConfig>>(getMTPrivateNodeHandle());
+    params_ = std::make_unique<TunableParams<DenoiserConfig>>(upkeepHandle());
   }
 
   void advertiseOutputs() override {

@@ -20,6 +20,7 @@
 
 #include "smoke_ground_reconstruction/pcl/engines.hpp"
 #include "smoke_ground_reconstruction/pipeline.hpp"
+#include "smoke_ground_reconstruction/ros/callback_thread.hpp"
 #include "smoke_ground_reconstruction/ros/cloud_conversions.hpp"
 #include "smoke_ground_reconstruction/ros/latency_log.hpp"
 #include "smoke_ground_reconstruction/ros/message_pool.hpp"
@@ -125,11 +126,12 @@ class LatencyProbeNodelet : public nodelet::Nodelet {
     is_over_ = true;
     has_arrived_.notify_all();
     if (thread_.joinable()) thread_.join();
+    arrivals_.end();
   }
 
  private:
   void onInit() override {
-    const auto& pnh = getPrivateNodeHandle();
+    ros::NodeHandle pnh = arrivals_.handle(getPrivateNodeHandle());
     plan_ = planFrom(pnh);
     chain_ = pnh.param<std::string>("chain", "ground_reconstruction");
     for (const auto& path : pnh.param("scans", std::vector<std::string>())) {
@@ -137,13 +139,14 @@ class LatencyProbeNodelet : public nodelet::Nodelet {
     }
     if (scans_.empty()) throw std::invalid_argument("~scans names no file");
     listen();
-    result_pub_ = getPrivateNodeHandle().advertise<std_msgs::String>("result", 1, true);
-    cloud_pub_ = getPrivateNodeHandle().advertise<PointCloud2>("cloud", 1);
+    result_pub_ = pnh.advertise<std_msgs::String>("result", 1, true);
+    cloud_pub_ = pnh.advertise<PointCloud2>("cloud", 1);
+    arrivals_.start();
     thread_ = std::thread([this] { run(); });
   }
 
   void listen() {
-    auto& nh = getMTNodeHandle();  // told at once, even while others are at work
+    ros::NodeHandle nh = arrivals_.handle(getNodeHandle());
     surface_sub_ = nh.subscribe(chain_ + "/reconstructor/ground_surface", kQueueSize,
                                 &LatencyProbeNodelet::onSurface, this);
     for (const std::string stage : {"denoiser", "segmenter", "reconstructor"}) {
@@ -249,6 +252,7 @@ class LatencyProbeNodelet : public nodelet::Nodelet {
   static constexpr std::uint32_t kQueueSize = 1000;  // whatever is held up, nothing is lost here
 
   Plan plan_{};
+  CallbackThread arrivals_;  // told at once, even while others are at work
   std::string chain_;
   std::vector<std::unique_ptr<PreparedScan>> scans_;
   LatencyLog log_;

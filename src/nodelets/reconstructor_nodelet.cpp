@@ -45,13 +45,13 @@ void checkFrame(const PointCloud2& scan, const CutCloud& part, const char* topic
 /// denoises and segments by itself: it takes ~input alone and lets the stages before sleep.
 class ReconstructorNodelet : public LazyNodelet {
  public:
-  ~ReconstructorNodelet() override { endScans(); }
+  ~ReconstructorNodelet() override { endCallbacks(); }
 
  private:
   void setUp() override {
     sensors_ = std::make_unique<SensorModels>(getPrivateNodeHandle());
     mounting_ = std::make_unique<MountingSource>(getPrivateNodeHandle());
-    params_ = std::make_unique<TunableParams<ReconstructorConfig>>(getMTPrivateNodeHandle(),
+    params_ = std::make_unique<TunableParams<ReconstructorConfig>>(upkeepHandle(),
                                                                    [this] { onParams(); });
     raw_sub_.registerCallback(
         [this](const ros::MessageEvent<const PointCloud2>&) { health().inputArrived(); });
@@ -67,7 +67,7 @@ class ReconstructorNodelet : public LazyNodelet {
 
   /// The inputs hang on the method. Changed on the queue on which listeners come and go.
   void onParams() {
-    switch_timer_ = getPrivateNodeHandle().createWallTimer(
+    switch_timer_ = listenerHandle().createWallTimer(
         ros::WallDuration(0.0),
         [this](const ros::WallTimerEvent&) {
           if (params_->get()->method != listened_for_) listenAnew();

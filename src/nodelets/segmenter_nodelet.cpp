@@ -46,13 +46,13 @@ void dropUnclustered(const std::vector<std::uint32_t>& clusters, std::vector<Lab
 /// Finds floor and walls in a denoised cloud: ~input -> ~ground and ~walls.
 class SegmenterNodelet : public LazyNodelet {
  public:
-  ~SegmenterNodelet() override { endScans(); }
+  ~SegmenterNodelet() override { endCallbacks(); }
 
  private:
   void setUp() override {
     sensors_ = std::make_unique<SensorModels>(getPrivateNodeHandle());
     mounting_ = std::make_unique<MountingSource>(getPrivateNodeHandle());
-    params_ = std::make_unique<TunableParams<SegmenterConfig>>(getMTPrivateNodeHandle());
+    params_ = std::make_unique<TunableParams<SegmenterConfig>>(upkeepHandle());
   }
 
   void advertiseOutputs() override {

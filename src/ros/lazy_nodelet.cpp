@@ -29,22 +29,31 @@ void LazyNodelet::onInit() {
 }
 
 void LazyNodelet::initialize() {
-  auto& pnh = getPrivateNodeHandle();
+  ros::NodeHandle pnh = upkeepHandle();
   is_always_on_ = pnh.param("always_on", false);
   queue_size_ = queueSizeFrom(pnh);
   timing_pub_ = pnh.advertise<Timing>("timing", kOutputQueueSize);
-  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(getNodeHandle(), pnh, getName());
+  diagnostics_ = std::make_unique<diagnostic_updater::Updater>(upkeep_.handle(getNodeHandle()), pnh,
+                                                               getName());
   diagnostics_->setHardwareID("none");
   diagnostics_->add("scans", [this](auto& status) { health_.report(status); });
   setUp();
-  // On threads of its own and on the wall clock: it reports even while a scan hangs or time stops.
-  diagnostics_timer_ = getMTNodeHandle().createWallTimer(
+  // On the wall clock: it reports even while time stops.
+  diagnostics_timer_ = pnh.createWallTimer(
       ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { diagnostics_->force_update(); });
   {
     const std::lock_guard<std::mutex> lock(connect_mutex_);  // a listener may be there at once
     advertiseOutputs();
   }
   updateListening();
+  listeners_.start();
+  upkeep_.start();
+}
+
+void LazyNodelet::endCallbacks() {
+  listeners_.end();
+  upkeep_.end();
+  scans_.end();
 }
 
 ros::NodeHandle LazyNodelet::inputHandle() {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "smoke_ground_reconstruction/ros/callback_thread.hpp"
 #include "smoke_ground_reconstruction/ros/scan_queue.hpp"
 #include "smoke_ground_reconstruction/ros/stage_health.hpp"
 #include "smoke_ground_reconstruction/ros/stage_timing.hpp"
@@ -20,8 +21,9 @@ namespace smoke_ground_reconstruction {
 /// A nodelet that listens to its inputs only while somebody listens to one of its outputs, or
 /// always where ~always_on is set. ~timing and /diagnostics are no outputs in this sense. Bad
 /// input drops the scan, with a warning and a diagnostic, and never the nodelet. Scans are worked
-/// on one at a time, on the threads of ScanQueue; the manager's serve all the rest. A derived class
-/// calls endScans() in its destructor.
+/// on one at a time, on the threads of ScanQueue; two threads of its own serve all the rest, and
+/// the manager's do nothing. A derived class calls endCallbacks() in its destructor, and takes no
+/// handle but those below.
 class LazyNodelet : public nodelet::Nodelet {
  public:
   void onInit() final;
@@ -35,16 +37,22 @@ class LazyNodelet : public nodelet::Nodelet {
   virtual void startListening() = 0;
   virtual void stopListening() = 0;
 
-  /// The private handle, but that its callbacks come on the threads of the scans.
+  // The private handle, but that its callbacks come ...
+  /// ... on the threads of the scans.
   ros::NodeHandle inputHandle();
-  /// Waits for a scan at work; no other is begun.
-  void endScans() { scans_.end(); }
+  /// ... where listeners come and go, one after another.
+  ros::NodeHandle listenerHandle() { return listeners_.handle(getPrivateNodeHandle()); }
+  /// ... where nothing waits for a scan: parameters and diagnostics.
+  ros::NodeHandle upkeepHandle() { return upkeep_.handle(getPrivateNodeHandle()); }
+
+  /// Waits for all callbacks that are at work; no other is begun.
+  void endCallbacks();
 
   template <typename Message>
   ros::Publisher advertiseOutput(const std::string& topic) {
     const auto on_connect = [this](const ros::SingleSubscriberPublisher&) { updateListening(); };
     outputs_.push_back(
-        getPrivateNodeHandle().advertise<Message>(topic, kOutputQueueSize, on_connect, on_connect));
+        listenerHandle().advertise<Message>(topic, kOutputQueueSize, on_connect, on_connect));
     return outputs_.back();
   }
 
@@ -83,7 +91,8 @@ class LazyNodelet : public nodelet::Nodelet {
   bool cameBefore(const std_msgs::Header& header);
   void updateListening();
 
-  ScanQueue scans_;
+  ScanQueue scans_;  // what callbacks come on is freed last
+  CallbackThread listeners_, upkeep_;
   StageHealth health_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::WallTimer diagnostics_timer_;

@@ -24,8 +24,8 @@ class TunableParams {
  public:
   using Params = std::decay_t<decltype(toParams(Config()))>;
 
-  /// \param nh  private handle whose queue serves the changes; give it a queue of its own threads
-  ///            (getMTPrivateNodeHandle()), so that a change never waits for a scan.
+  /// \param nh  private handle whose queue serves the changes; one on which no scan is worked on,
+  ///            so that a change never waits for one.
   /// \param on_change  called after each change, on that queue.
   explicit TunableParams(
       const ros::NodeHandle& nh, std::function<void()> on_change = [] {})
