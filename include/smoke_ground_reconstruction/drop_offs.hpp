@@ -17,6 +17,9 @@ struct DropOffs {
   std::vector<double> begin;     ///< infinite where no drop is seen
   std::vector<double> end;       ///< infinite where no floor is measured beyond, or no drop seen
   std::vector<double> floor_to;  ///< how far there is floor because an edge ends it; 0: none does
+  /// Past the end of an edge in doubt, where another one that may stand for it is drawn on but
+  /// tells of no floor: the drop may as well go on sideways.
+  std::vector<std::uint8_t> is_doubted;
 
   /// Does a place lie over a drop, or beyond one without floor measured again?
   bool hides(std::size_t column, double planar) const {
@@ -162,6 +165,7 @@ class DropOffFinder {
             DropOffs* drops) const;
   void tellOne(const DropEdge& edge, double rho, std::size_t column, const Direction& to,
                DropOffs* drops) const;
+  void doubtPastEnds(std::size_t columns, DropOffs* drops) const;
   void spread(const std::vector<std::uint8_t>& starts, std::size_t widest, DropOffs* drops) const;
   double lastAround(std::size_t column, std::size_t beside, double distance) const;
 
@@ -181,6 +185,11 @@ class DropOffFinder {
   std::vector<std::uint8_t> is_taken_, is_explained_;
   std::vector<std::uint8_t> is_alone_, is_known_, is_end_;
   std::array<std::vector<std::size_t>, 2> drawn_;  // columns beyond either end of an edge
+  std::vector<std::uint8_t> is_drawn_in_doubt_;
+  struct PastEnd {
+    std::size_t last, step;
+  };
+  std::vector<PastEnd> past_ends_;  // last columns of edges in doubt, and the ways on
 };
 
 }  // namespace smoke_ground_reconstruction

@@ -71,12 +71,14 @@ void bindDropOffs(py::module& m) {
         }
         return py::make_tuple(toArray<double>(std::move(drops.begin)),
                               toArray<double>(std::move(drops.end)),
-                              toArray<double>(std::move(drops.floor_to)));
+                              toArray<double>(std::move(drops.floor_to)),
+                              toArray<std::uint8_t>(std::move(drops.is_doubted)));
       },
       py::arg("column"), py::arg("planar"), py::arg("height"), py::arg("is_floor"),
       py::arg("sensor_height"), py::arg("directions"), py::arg("walls"), py::arg("feet_column"),
       py::arg("feet_height"), py::arg("distance"), py::arg("lift") = 0.0, py::arg("widening") = 1.0,
-      "Begin, end and floor_to float64 (columns,) [m], from column uint16 (N,), planar and height "
+      "Begin, end and floor_to float64 (columns,) [m] and is_doubted uint8 (columns,), from column "
+      "uint16 (N,), planar and height "
       "float32 (N,), is_floor uint8 (N,), directions float64 (columns, 2); of the walls' feet "
       "column uint16 (F,), "
       "height float32 (F,), and distance float64 (columns,); lift [m2] and widening of the "

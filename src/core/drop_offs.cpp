@@ -36,6 +36,7 @@ void DropOffFinder::find(const DropOffReturns& returns, double sensor_height,
   drops->begin.assign(columns, kInfinity);
   drops->end.assign(columns, kInfinity);
   drops->floor_to.assign(columns, 0.0);
+  drops->is_doubted.assign(columns, 0);
   collect(returns, sensor_height, columns);
   if (crossings_.isEmpty()) return;
   if (!findWitnessed(true)) findWitnessed(false);
@@ -217,13 +218,20 @@ void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* 
   }
   is_explained_ = is_taken_;
   is_end_.assign(columns, 0);
+  is_drawn_in_doubt_.assign(columns, 0);
+  past_ends_.clear();
   for (const DropEdge& edge : edges_) {
     drawOn(edge, middle);
     const double rho = place(edge, middle, drops);
     if (edge.is_aligned) tell(edge, rho, middle, drops);
-    const std::array<std::size_t, 2> last = {edge.first, (edge.first + edge.count - 1) % columns};
+    const std::array<std::size_t, 2> seen = {edge.first, (edge.first + edge.count - 1) % columns};
     for (std::size_t side = 0; side < 2; ++side) {
-      is_end_[drawn_[side].empty() ? last[side] : drawn_[side].back()] = 1;
+      const std::size_t last = drawn_[side].empty() ? seen[side] : drawn_[side].back();
+      is_end_[last] = 1;
+      if (edge.isInDoubt()) {
+        for (const std::size_t c : drawn_[side]) is_drawn_in_doubt_[c] = 1;
+        past_ends_.push_back({last, side == 0 ? columns - 1 : 1});
+      }
       for (const std::size_t c : drawn_[side]) {
         const auto behind = floorBehind(edge, c, middle);
         if (first_[c] == kInfinity && behind.count >= kFloorAgain) {
@@ -233,11 +241,24 @@ void DropOffFinder::followEdges(const std::vector<Direction>& middle, DropOffs* 
       }
     }
   }
+  doubtPastEnds(columns, drops);
   is_alone_.resize(columns);
   is_known_.resize(columns);
   for (std::size_t c = 0; c < columns; ++c) {
     is_alone_[c] = first_[c] < kInfinity && is_explained_[c] == 0 ? 1 : 0;
     is_known_[c] = is_alone_[c] | is_explained_[c];
+  }
+}
+
+/// Past the ends of edges in doubt, as long as others are drawn on there and tell of no floor.
+void DropOffFinder::doubtPastEnds(std::size_t columns, DropOffs* drops) const {
+  for (const PastEnd& end : past_ends_) {
+    std::size_t at = (end.last + end.step) % columns;
+    while (is_drawn_in_doubt_[at] != 0 && drops->floor_to[at] == 0.0 &&
+           drops->is_doubted[at] == 0) {
+      drops->is_doubted[at] = 1;
+      at = (at + end.step) % columns;
+    }
   }
 }
 

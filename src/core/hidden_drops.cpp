@@ -45,7 +45,7 @@ void CertainFloor::find(const std::vector<double>& floor, const std::vector<doub
   markBeside(low_wall, stands);
   certain->assign(columns, kInfinity);
   for (std::size_t c = 0; c < columns; ++c) {
-    if (is_gap_[c] == 0 && is_doubted_[c] == 0) continue;
+    if (is_gap_[c] == 0 && is_doubted_[c] == 0 && drops.is_doubted[c] == 0) continue;
     (*certain)[c] = std::max({measured_[c] + kGoesOn, stands[c], drops.floor_to[c]});
   }
 }

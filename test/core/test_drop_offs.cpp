@@ -135,6 +135,21 @@ TEST(DropOffs, EndAtAnEdgeThatSingleReturnsShowFarApart) {
   EXPECT_GT(drops.floor_to[40], 0.0);
 }
 
+TEST(DropOffs, AreInDoubtPastTheEndOfAnEdgeThatMayRunEitherWay) {
+  Scene scene;
+  const auto middle = middles();
+  for (std::size_t c = 82; c < 92; ++c) {  // 33 deg and on: x = 3.2, or y = 2.08, is an edge
+    for (const double x : {3.2, 3.4}) scene.addCrossing(c, x / middle[c].cosine);
+    scene.addFloor(c, 1.5 / middle[c].cosine);
+  }
+  EXPECT_EQ(scene.find({{1.0, 0.0}, {0.0, 1.0}}).is_doubted[40], 0);
+  for (std::size_t c = 47; c <= 50; ++c) scene.addFloor(c, 3.3 / middle[c].cosine);
+  const DropOffs drops = scene.find({{1.0, 0.0}, {0.0, 1.0}});
+  EXPECT_EQ(drops.is_doubted[60], 0);  // both are drawn on
+  EXPECT_EQ(drops.is_doubted[40], 1);  // y = 2.08 alone
+  EXPECT_EQ(drops.is_doubted[10], 0);  // columns run along it
+}
+
 TEST(DropOffs, SpreadSidewaysNoFartherThanToAWallOfWhichNothingIsBelowTheFloor) {
   Scene scene;
   for (int k = 0; k < 3; ++k) scene.addCrossing(10, 2.0);

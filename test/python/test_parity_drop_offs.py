@@ -57,7 +57,7 @@ def assert_parity(core, column, planar, height, is_floor, walls, feet=None, lift
         DIRECTIONS, walls, feet.column.astype(np.uint16), feet.height, feet.distance, lift,
         widening,
     )  # fmt: skip
-    for found, wanted in zip(actual, (expected.begin, expected.end, expected.floor_to)):
+    for found, wanted in zip(actual, vars(expected).values()):
         np.testing.assert_array_equal(found, wanted)
     return expected
 
@@ -67,6 +67,18 @@ def assert_parity(core, column, planar, height, is_floor, walls, feet=None, lift
 def test_seeded_drops(core, seed, walls):
     drops = assert_parity(core, *seeded_drop(seed), walls)
     assert np.isfinite(drops.begin).any()
+
+
+@pytest.mark.parametrize("first", [49, 84, 252, 413, 525, 700, 812])
+def test_edges_that_may_run_either_way(core, first):
+    """Beams fell through 3 m away in ten columns; to one side floor is measured beyond."""
+    sees = np.repeat(first + np.arange(10), 2)
+    column = np.concatenate([sees, sees[::2], first - 35 + np.arange(4)]) % COLUMNS
+    planar = np.concatenate([np.tile([6.0, 6.4], 10), np.full(10, 1.5), np.full(4, 3.3)])
+    below = np.arange(len(column)) < len(sees)
+    height = np.where(below, -SENSOR_HEIGHT, 0.0).astype(np.float32)
+    drops = assert_parity(core, column, planar.astype(np.float32), height, ~below, WALLS)
+    assert drops.is_doubted.any()
 
 
 @pytest.mark.parametrize("seed", range(24))

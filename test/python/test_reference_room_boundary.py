@@ -1,6 +1,7 @@
 """room_boundary on rooms whose floor, walls and holes are known by geometry."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -615,6 +616,23 @@ def test_an_edge_that_may_run_either_way_tells_of_floor_before_both():
         assert drops.begin[c] <= min(3.2 / east, 2.08 / north)
 
 
+def test_past_the_end_of_one_edge_another_that_may_stand_for_it_is_in_doubt():
+    """As before; floor is measured right behind x = 3.2, below 20 deg. If x = 3.2 is the edge, the
+    hole may go on to that side nearer than y = 2.08, which is drawn on there."""
+    azimuths = [33.0 + 0.4 * k for k in range(10)]
+    crossed = [(x, azimuth) for azimuth in azimuths for x in (3.2, 3.4)]
+    behind = [(3.3, azimuth) for azimuth in (18.8, 19.2, 19.6, 20.0)]
+    seen = ledge(crossed, [(1.5, azimuth) for azimuth in azimuths] + behind)
+    drops = find_drop_offs(*seen, 0.7, DIRECTIONS, [(1.0, 0.0), (0.0, 1.0)])
+    doubted = 0.2 + 0.4 * np.flatnonzero(drops.is_doubted)
+    low, high = doubted[doubted < 33.0], doubted[doubted > 37.0]
+    # Only y = 2.08 is drawn on below 20.6 deg (columns share floor with the next), down to 9 deg,
+    # where columns run almost along it, and above 81 deg, where they do along x = 3.2.
+    assert low.max() == pytest.approx(20.6, abs=0.3) and low.min() == pytest.approx(8.8, abs=0.3)
+    assert high.min() == pytest.approx(81.4, abs=0.4)
+    assert not find_drop_offs(*seen, 0.7, DIRECTIONS).is_doubted.any()
+
+
 @pytest.mark.parametrize("lift", [0.001, -0.001])
 @pytest.mark.parametrize("tilt_deg", [0.02, -0.02])
 def test_a_plane_a_little_off_moves_no_edge(lift, tilt_deg):
@@ -700,7 +718,9 @@ def test_no_floor_is_claimed_over_a_ledge():
 
 HALF_KNOWN = np.where(np.arange(COLUMNS) < 100, 0.0, 4.0)  # no boundary in the first 100 columns
 LOW_FROM_300 = np.where((np.arange(COLUMNS) >= 300) & (np.arange(COLUMNS) < 700), 1, 0)
-NO_DROPS = DropOffs(np.full(COLUMNS, np.inf), np.full(COLUMNS, np.inf), np.zeros(COLUMNS))
+NO_DROPS = DropOffs(
+    np.full(COLUMNS, np.inf), np.full(COLUMNS, np.inf), np.zeros(COLUMNS), np.zeros(COLUMNS, bool)
+)
 
 
 NOTHING_RISES = np.zeros(COLUMNS, bool)
@@ -757,14 +777,20 @@ def test_what_stands_low_down_stands_on_a_floor():
 
 def test_floor_beside_a_drop_is_in_doubt_as_it_is_beside_a_gap():
     begin = np.where(HALF_KNOWN == 0.0, 1.6, np.inf)
-    drops = DropOffs(begin, NO_DROPS.end, NO_DROPS.floor_to)
+    drops = replace(NO_DROPS, begin=begin)
     found = certain(1.5, np.full(COLUMNS, 4.0), drops)
     assert found[150] == 1.8 and found[800] == 1.8 and found[400] == np.inf
 
 
 def test_an_edge_tells_of_floor_however_thick_the_smoke_is():
-    drops = DropOffs(NO_DROPS.begin, NO_DROPS.end, np.full(COLUMNS, 2.5))
+    drops = replace(NO_DROPS, floor_to=np.full(COLUMNS, 2.5))
     assert certain(1.5, drops=drops)[50] == 2.5
+
+
+def test_floor_is_in_doubt_where_an_edge_that_may_be_another_is_drawn_on():
+    doubted = np.arange(COLUMNS) == 400
+    drops = replace(NO_DROPS, begin=np.where(doubted, 3.0, np.inf), is_doubted=doubted)
+    assert certain(1.5, np.full(COLUMNS, 4.0), drops)[400] == 1.8
 
 
 def test_floor_before_a_wall_of_which_no_foot_is_seen_ends_where_nothing_is_known():

@@ -56,7 +56,7 @@ def _whole_segments(seen):
 
 def _no_drops(column, planar, height, is_floor, sensor_height, directions, walls, feet, depth):
     none = np.full(len(directions), np.inf)
-    return DropOffs(none, none, np.zeros(len(directions)))
+    return DropOffs(none, none, np.zeros(len(directions)), np.zeros(len(directions), bool))
 
 
 def _nothing(*arguments):

@@ -39,11 +39,15 @@ class DropOffs:
         Both infinite where no drop is seen; `end` infinite where no floor is measured beyond.
     floor_to : (columns,) float64
         How far there is floor for certain because a straight edge ends it; 0 where none does.
+    is_doubted : (columns,) bool
+        Past the end of an edge in doubt, where another one that may stand for it is drawn on but
+        tells of no floor: the drop may as well go on sideways.
     """
 
     begin: np.ndarray
     end: np.ndarray
     floor_to: np.ndarray
+    is_doubted: np.ndarray
 
     def hides(self, column, planar):
         """Does a place (N,) lie over a drop, or beyond one without floor measured again?"""
@@ -89,7 +93,7 @@ def find_drop_offs(
     begin, end = np.full(columns, np.inf), np.full(columns, np.inf)
     floor_to = np.zeros(columns)
     if not below.any():
-        return DropOffs(begin, end, floor_to)
+        return DropOffs(begin, end, floor_to, np.zeros(columns, bool))
     own = np.full(columns, np.inf)
     np.minimum.at(own, column[below], crossing)
     sealed = np.zeros(columns)
@@ -102,7 +106,7 @@ def find_drop_offs(
     first, last = _joined(*witnessed)
     _single_columns(first, last, floor, begin, end, tolerances)
     seen = _Seen(own, first, floor, steadily(sealed), tolerances)
-    alone, known, ends = _along_edges(seen, directions, walls, begin, end, floor_to)
+    alone, known, ends, is_doubted = _along_edges(seen, directions, walls, begin, end, floor_to)
     farthest = np.maximum(floor.farthest(), sealed)
     no_room = np.full(columns, np.inf)
     if feet is not None:
@@ -111,7 +115,7 @@ def find_drop_offs(
     room = farthest, place, no_room, tolerances.edge
     _spread(begin, known, alone, _WIDEST_SPREAD, *room)
     _spread(begin, known, ends, _SPREAD_PAST_EDGE, *room)
-    return DropOffs(begin, end, floor_to)
+    return DropOffs(begin, end, floor_to, is_doubted)
 
 
 def _is_mirrored(column, crossing, floor):
@@ -254,8 +258,8 @@ class _Seen:
 def _along_edges(seen, directions, walls, begin, end, floor_to):
     """Begin at straight edges where they explain what is seen.
 
-    Returns three maps of columns: those of a drop that no edge explains, all of which a drop is
-    known, and the last ones of edges.
+    Returns four maps of columns: those of a drop that no edge explains, all of which a drop is
+    known, the last ones of edges, and DropOffs.is_doubted.
     """
     columns, clear = len(seen.after), seen.tolerances.clear
     edges = seen.edges(directions, walls)
@@ -264,6 +268,7 @@ def _along_edges(seen, directions, walls, begin, end, floor_to):
     for span in spans:
         taken[span] = True
     explained = taken.copy()
+    drawn_in_doubt, past_ends = np.zeros(columns, bool), []
     for (edge, drop), span in zip(edges, spans):
         drawn = drawn_on(edge, taken, seen.floor, seen.sealed, directions, clear)
         rho = _place(edge, drop, span, drawn, seen, directions, begin)
@@ -271,15 +276,31 @@ def _along_edges(seen, directions, walls, begin, end, floor_to):
             told = _told(edge, span, drawn, seen, directions)
             doubts = [] if edge.sure else [e for e, _ in edges if e.in_doubt and e is not edge]
             _tell(edge, rho, told, doubts, directions, floor_to)
-        for side, last in zip(drawn, (span[0], span[-1])):
-            ends[side[-1] if side else last] = True
+        for side, last, step in zip(drawn, (span[0], span[-1]), (-1, 1)):
+            last = side[-1] if side else last
+            ends[last] = True
+            if edge.in_doubt:
+                drawn_in_doubt[side] = True
+                past_ends.append((last, step))
             for c in side:
                 count, resumes = floor_behind(edge, c, seen.floor, directions, clear)
                 if not seen.falls[c] and count >= _FLOOR_AGAIN:
                     end[c] = resumes / edge.across(directions[c]) + _FAR_EDGE
                 explained[c] = True
     alone = seen.falls & ~explained
-    return alone, alone | explained, ends
+    is_doubted = _past_ends(past_ends, drawn_in_doubt & (floor_to == 0.0))
+    return alone, alone | explained, ends, is_doubted
+
+
+def _past_ends(ends, untold):
+    """Columns from the ends of edges, (column, step) each, on, as long as they are `untold`."""
+    found = np.zeros(len(untold), bool)
+    for last, step in ends:
+        at = (last + step) % len(untold)
+        while untold[at] and not found[at]:
+            found[at] = True
+            at = (at + step) % len(untold)
+    return found
 
 
 def _place(edge, drop, spanned, drawn, seen, directions, begin):

@@ -44,7 +44,7 @@ def certain_floor(floor, distance, drops, low_wall, stands, rises):
         return certain
     measured = around_columns(floor, _FLOOR_BESIDE, np.max)
     ends = around_columns(low_wall, _WALL_BESIDE, np.sum) >= _WALL_RETURNS
-    doubted = gap | _beside(is_open, ends | (stands > measured))
+    doubted = gap | drops.is_doubted | _beside(is_open, ends | (stands > measured))
     near = np.maximum(measured + _GOES_ON, stands)
     certain[doubted] = np.maximum(near, drops.floor_to)[doubted]
     return certain
