@@ -27,38 +27,42 @@ struct RangeWindow {
   bool isEmpty() const { return lowest > highest; }
 };
 
-/// Returns that can be wall, column by column, each column by planar range; structure of arrays.
+/// Where a return is [m]: in the upright frame; over the floor.
+struct WallPlace {
+  float x, y, planar, height;
+};
+
+/// Returns that can be wall, column by column. Each column in the order of the scan and, by `order`
+/// and `key`, by planar range.
 struct WallReturns {
-  std::vector<float> planar, height, x, y;  ///< [m]
+  std::vector<WallPlace> place;
   std::vector<std::uint32_t> index;         ///< among all returns
   std::vector<std::uint32_t> column_begin;  ///< of each column, and the end
-  /// Column and millimetres of planar range in one number, 65536 a column: ranges of two columns
-  /// lie farther apart than anything is near, for walls end at kFarthestWall.
+  /// Returns by whole millimetres of planar range, then by the order of the scan.
+  std::vector<std::uint32_t> order;
+  /// Of these: column and millimetres in one number, 65536 a column: ranges of two columns lie
+  /// farther apart than anything is near, for walls end at kFarthestWall.
   std::vector<std::uint32_t> key;
 
   std::size_t size() const { return index.size(); }
-  /// The first return of a column that may lie in a window of planar range: within a millimetre
-  /// the order is that of the scan.
+  /// The first, by `order`, of a column that may lie in a window of planar range.
   std::size_t firstIn(std::size_t of_column, const RangeWindow& window) const;
-  /// Does a return of a planar range, and all that follow it in its column, lie beyond a window?
-  static bool isBeyond(float planar, const RangeWindow& window) {
-    return !(planar < window.highest + 0.001F);
-  }
-  /// Takes the `chosen` returns, sorted by column, then whole millimetres of planar range, then
-  /// their order in `chosen`. O(n).
+  /// The key of the last that may.
+  static std::uint32_t lastKeyIn(std::size_t of_column, const RangeWindow& window);
+  /// Takes the `chosen` returns. O(n).
   void take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
             std::size_t columns);
 
  private:
   void divide(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
               std::size_t columns);
+  void placeEach(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen);
   void sort(std::size_t column);
   void rankMany(const std::int16_t* millimetres, std::size_t size);
-  void gather(const UprightReturns& returns);
 
-  std::vector<std::uint32_t> next_, chosen_;  // by column; returns by their column
-  std::vector<std::int16_t> millimetres_;     // of these, less 32768
-  std::vector<std::uint32_t> rank_, order_;   // of those of one column
+  std::vector<std::uint32_t> next_;          // by column
+  std::vector<std::int16_t> millimetres_;    // in the order of the scan, less 32768
+  std::vector<std::uint32_t> rank_, order_;  // of those of one column
 };
 
 /// Farther returns are no wall [m].
@@ -107,17 +111,14 @@ class PostFinder {
 
  private:
   void findDense(const std::vector<std::uint32_t>& key, std::size_t begin, std::size_t end);
-  void countBefore(const std::vector<std::uint32_t>& key, std::size_t begin, std::size_t end);
-  std::size_t countWithin(std::uint32_t key, std::uint32_t half) const;
+  void keepMiddle(const std::vector<std::uint32_t>& key, std::size_t begin, std::size_t end,
+                  std::size_t fewest);
   void addPosts(const WallReturns& returns, Posts* posts) const;
   void addPost(const WallReturns& returns, std::size_t begin, std::size_t end, Posts* posts) const;
 
-  std::uint32_t half_ = 0;              // a post's returns lie this near to each other [mm]
-  std::uint32_t around_ = 0;            // what lies this near counts as around [mm]
-  std::vector<std::uint8_t> has_near_;  // by place in the order of `returns`
-  std::vector<std::uint32_t> dense_;    // of a stretch: places in the order of `returns`
-  std::uint32_t first_ = 0, last_ = 0;  // key of what lies around it
-  std::vector<std::uint32_t> before_;   // of these keys, by millimetre from the first
+  std::uint32_t half_ = 0;            // a post's returns lie this near to each other [mm]
+  std::uint32_t around_ = 0;          // what lies this near counts as around [mm]
+  std::vector<std::uint32_t> dense_;  // of a stretch: places in the order of `returns`
 };
 
 /// Finds the ceiling; keeps its buffers.

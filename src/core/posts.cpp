@@ -18,9 +18,10 @@ namespace smoke_ground_reconstruction {
 namespace {
 
 constexpr std::uint32_t kColumnShift = 16;  // a column's millimetres below it
-constexpr std::size_t kRanked = 255;        // returns of a column that are ranked by counting
+constexpr double kMostMillimetres = (1U << kColumnShift) - 1;
+constexpr std::size_t kRanked = 255;  // returns of a column that are ranked by counting
 constexpr std::size_t kRankedAtOnce = 4 * kManyLanes;
-constexpr std::int32_t kMiddle = 32768;     // millimetres less this are signed numbers of 16 bits
+constexpr std::int32_t kMiddle = 32768;     // millimetres (1 at least) less this have 16 bits
 constexpr double kHalf = 25.0;              // a post's returns lie this near to each other [mm]
 constexpr double kAround = 120.0;           // what lies this near counts as around [mm]
 constexpr std::size_t kToldBy = 3;          // one column in so many tells the spread of walls
@@ -71,49 +72,61 @@ std::uint32_t narrowestHalf(const std::uint32_t* value, std::size_t size) {
   return narrowest;
 }
 
+/// What to add to the `k`-th of some values before it is compared with the l-th, at
+/// kRankedAtOnce - 1 + l - k: those that precede count as below if they are equal.
+constexpr std::array<std::int16_t, 2 * kRankedAtOnce> kLessIfBefore = [] {
+  std::array<std::int16_t, 2 * kRankedAtOnce> less{};
+  for (std::size_t i = kRankedAtOnce; i < less.size(); ++i) less[i] = -1;
+  return less;
+}();
+
+/// Ranks of as many values from `begin` on as so many vectors hold.
+template <std::size_t kParts>
+SMOKE_GROUND_PART void rankPart(const std::int16_t* value, std::size_t size, std::size_t begin,
+                                std::uint32_t* rank) {
+  std::array<ManyShorts, kParts> at, below{};
+  std::memcpy(&at, value + begin, sizeof(at));
+  for (std::size_t k = 0; k < size; ++k) {
+    const std::size_t lane = std::min(k - std::min(k, begin), kRankedAtOnce - 1);
+    const std::size_t from = k < begin ? kRankedAtOnce : kRankedAtOnce - 1 - lane;
+    for (std::size_t part = 0; part < kParts; ++part) {
+      ManyShorts less;
+      std::memcpy(&less, &kLessIfBefore[from + part * kManyLanes], sizeof(less));
+      below[part] -= less + value[k] < at[part];
+    }
+  }
+  std::array<std::int16_t, kParts * kManyLanes> places;
+  std::memcpy(places.data(), &below, sizeof(below));
+  for (const std::int16_t place : places) rank[begin++] = static_cast<std::uint32_t>(place);
+}
+
 /// Places of some values in ascending order, equal ones as they follow each other. Each is compared
 /// with each: of so few that takes less time than to sort them.
-/// \param value, rank  with room for some more.
+/// \param value, rank  with room for kRankedAtOnce more.
 SMOKE_GROUND_MULTIVERSION
 void rankFew(const std::int16_t* value, std::size_t size, std::uint32_t* rank) {
-  std::array<std::uint8_t, kRanked> equal;  // of those so far, by rank
-  std::fill_n(equal.begin(), size, std::uint8_t{0});
   for (std::size_t begin = 0; begin < size; begin += kRankedAtOnce) {
-    std::array<ManyShorts, kRankedAtOnce / kManyLanes> at, below{};
-    std::memcpy(&at, value + begin, sizeof(at));
-    for (std::size_t k = 0; k < size; ++k) {
-      const ManyShorts other = ManyShorts{} + value[k];
-      for (std::size_t part = 0; part < at.size(); ++part) below[part] -= other < at[part];
-    }
-    std::array<std::int16_t, kRankedAtOnce> first;
-    std::memcpy(first.data(), &below, sizeof(below));
-    const std::size_t count = std::min(kRankedAtOnce, size - begin);
-    for (std::size_t k = 0; k < count; ++k) {
-      const auto place = static_cast<std::size_t>(first[k]);
-      rank[begin + k] = static_cast<std::uint32_t>(place + equal[place]++);
+    if (size - begin <= 2 * kManyLanes) {
+      rankPart<2>(value, size, begin, rank);
+    } else if (size - begin <= 3 * kManyLanes) {
+      rankPart<3>(value, size, begin, rank);
+    } else {
+      rankPart<4>(value, size, begin, rank);
     }
   }
 }
 
-/// Which of some keys in ascending order have kPostPoints others near, themselves counted.
-SMOKE_GROUND_MULTIVERSION
-void markNear(const std::uint32_t* key, std::size_t size, std::uint32_t half,
-              std::uint8_t* has_near) {
-  static_assert(kPostPoints == 4, "written out");
-  std::fill_n(has_near, size, std::uint8_t{0});
-  // Four in a row lie around one of them if it is near to the first and the last.
-  for (std::size_t i = 3; i < size; ++i) has_near[i] |= key[i] - key[i - 3] <= half ? 1 : 0;
-  for (std::size_t i = 2; i + 1 < size; ++i) {
-    const bool is_near = (key[i] - key[i - 2] <= half) & (key[i + 1] - key[i] <= half);
-    has_near[i] |= is_near ? 1 : 0;
-  }
-  for (std::size_t i = 1; i + 2 < size; ++i) {
-    const bool is_near = (key[i] - key[i - 1] <= half) & (key[i + 2] - key[i] <= half);
-    has_near[i] |= is_near ? 1 : 0;
-  }
-  for (std::size_t i = 0; i + 3 < size; ++i) {
-    has_near[i] |= key[i + 3] - key[i] <= half ? 1 : 0;
-  }
+/// How many returns near to one of a post there are at least, itself counted, among so many around.
+std::size_t fewestNear(std::size_t around) {
+  const double share = kPostShare * static_cast<double>(around);
+  const auto whole = static_cast<std::size_t>(share);
+  return std::max(kPostPoints, whole + (static_cast<double>(whole) < share ? 1 : 0));
+}
+
+std::uint32_t keyOf(std::size_t column, float planar) {
+  const double millimetres = std::min(std::max(planar * 1000.0, 0.0), kMostMillimetres);
+  return static_cast<std::uint32_t>(column << kColumnShift) +
+         static_cast<std::uint32_t>(millimetres);
 }
 
 int strongestSlot(const Votes& votes, double* around) {
@@ -134,17 +147,20 @@ int strongestSlot(const Votes& votes, double* around) {
 void WallReturns::take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
                        std::size_t columns) {
   divide(returns, chosen, columns);
-  index.resize(chosen.size());
   key.resize(chosen.size());
+  order.resize(chosen.size());
   for (std::size_t c = 0; c < columns; ++c) sort(c);
-  gather(returns);
 }
 
 std::size_t WallReturns::firstIn(std::size_t of_column, const RangeWindow& window) const {
-  const float* begin = planar.data() + column_begin[of_column];
-  const float* end = planar.data() + column_begin[of_column + 1];
-  const float* first = std::lower_bound(begin, end, window.lowest - 0.001F);
-  return static_cast<std::size_t>(first - planar.data());
+  const auto begin = key.begin() + column_begin[of_column];
+  const auto end = key.begin() + column_begin[of_column + 1];
+  const std::uint32_t lowest = keyOf(of_column, window.lowest);
+  return static_cast<std::size_t>(std::lower_bound(begin, end, lowest) - key.begin());
+}
+
+std::uint32_t WallReturns::lastKeyIn(std::size_t of_column, const RangeWindow& window) {
+  return keyOf(of_column, window.highest);
 }
 
 /// By column, in order within each. Of many in a row the column is the same, or of none.
@@ -158,37 +174,54 @@ void WallReturns::divide(const UprightReturns& returns, const std::vector<std::u
     for (; k < chosen.size() && column_of[chosen[k]] == column; ++k) ++count;
     column_begin[column + 1U] += count;
   }
+  const std::uint32_t most = *std::max_element(column_begin.begin(), column_begin.end());
+  rank_.resize(most + kRankedAtOnce);
   std::partial_sum(column_begin.begin(), column_begin.end(), column_begin.begin());
   next_.assign(column_begin.begin(), column_begin.end());
-  chosen_.resize(chosen.size());
+  place.resize(chosen.size());
+  index.resize(chosen.size());
   millimetres_.resize(chosen.size() + kRankedAtOnce);
+  placeEach(returns, chosen);
+}
+
+/// Each at the next place of its column.
+void WallReturns::placeEach(const UprightReturns& returns,
+                            const std::vector<std::uint32_t>& chosen) {
+  const std::uint16_t* const column_of = returns.column.data();
+  const float *const x = returns.points->x.data(), *const y = returns.points->y.data();
+  const float *const planar = returns.planar.data(), *const height = returns.height.data();
+  WallPlace* const to_place = place.data();
+  std::uint32_t* const to_index = index.data();
+  std::int16_t* const to_millimetres = millimetres_.data();
   for (std::size_t k = 0; k < chosen.size();) {
     const std::uint16_t column = column_of[chosen[k]];
-    std::uint32_t place = next_[column];
-    for (; k < chosen.size() && column_of[chosen[k]] == column; ++k, ++place) {
-      chosen_[place] = chosen[k];
-      const auto millimetres = static_cast<std::int32_t>(returns.planar[chosen[k]] * 1000.0);
-      millimetres_[place] = static_cast<std::int16_t>(millimetres - kMiddle);
+    std::uint32_t at = next_[column];
+    for (; k < chosen.size() && column_of[chosen[k]] == column; ++k, ++at) {
+      const std::uint32_t i = chosen[k];
+      const auto millimetres = static_cast<std::int32_t>(planar[i] * 1000.0);
+      to_index[at] = i;
+      to_place[at] = {x[i], y[i], planar[i], height[i]};
+      to_millimetres[at] = static_cast<std::int16_t>(millimetres - kMiddle);
     }
-    next_[column] = place;
+    next_[column] = at;
   }
 }
 
 /// A column by millimetres, then by their order.
 void WallReturns::sort(std::size_t column) {
-  const std::size_t begin = column_begin[column], size = column_begin[column + 1] - begin;
+  const std::uint32_t begin = column_begin[column], size = column_begin[column + 1] - begin;
   const std::int16_t* const millimetres = millimetres_.data() + begin;
-  rank_.resize(size);
+  std::uint32_t* const rank = rank_.data();
   if (size <= kRanked) {
-    rankFew(millimetres, size, rank_.data());
+    rankFew(millimetres, size, rank);
   } else {
     rankMany(millimetres, size);
   }
-  const auto base = static_cast<std::uint32_t>(column << kColumnShift);
-  for (std::size_t k = 0; k < size; ++k) {
-    const std::size_t place = begin + rank_[k];
-    index[place] = chosen_[begin + k];
-    key[place] = base + static_cast<std::uint32_t>(millimetres[k] + kMiddle);
+  const auto base = static_cast<std::uint32_t>((column << kColumnShift) + kMiddle);
+  std::uint32_t *const to_key = key.data() + begin, *const to_order = order.data() + begin;
+  for (std::uint32_t k = 0; k < size; ++k) {
+    to_key[rank[k]] = base + static_cast<std::uint32_t>(std::int32_t{millimetres[k]});
+    to_order[rank[k]] = begin + k;
   }
 }
 
@@ -199,18 +232,6 @@ void WallReturns::rankMany(const std::int16_t* millimetres, std::size_t size) {
     return millimetres[a] != millimetres[b] ? millimetres[a] < millimetres[b] : a < b;
   });
   for (std::uint32_t k = 0; k < size; ++k) rank_[order_[k]] = k;
-}
-
-void WallReturns::gather(const UprightReturns& returns) {
-  const std::size_t n = index.size();
-  for (auto* values : {&planar, &height, &x, &y}) values->resize(n);
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::uint32_t i = index[k];
-    planar[k] = returns.planar[i];
-    height[k] = returns.height[i];
-    x[k] = returns.points->x[i];
-    y[k] = returns.points->y[i];
-  }
 }
 
 void Posts::clear() {
@@ -244,17 +265,10 @@ void PostFinder::find(const WallReturns& returns, double widening, Posts* posts)
   half_ = static_cast<std::uint32_t>(kHalf * widening);
   around_ = static_cast<std::uint32_t>(kAround * widening);
   const std::vector<std::uint32_t>& key = returns.key;
-  has_near_.resize(key.size());
-  markNear(key.data(), key.size(), half_, has_near_.data());
-  std::size_t end = 0;
-  while (true) {
-    const auto first = std::find(has_near_.begin() + static_cast<std::ptrdiff_t>(end),
-                                 has_near_.end(), std::uint8_t{1});
-    if (first == has_near_.end()) return;
-    std::size_t begin = static_cast<std::size_t>(first - has_near_.begin());
-    end = begin + 1;
-    while (begin > 0 && key[begin] - key[begin - 1] <= half_) --begin;
-    while (end < key.size() && key[end] - key[end - 1] <= half_) ++end;
+  const std::size_t size = key.size();
+  for (std::size_t begin = 0, end = 0; begin < size; begin = end) {
+    for (end = begin + 1; end < size && key[end] - key[end - 1] <= half_;) ++end;
+    if (end - begin < kPostPoints) continue;
     findDense(key, begin, end);
     addPosts(returns, posts);
   }
@@ -264,40 +278,37 @@ void PostFinder::find(const WallReturns& returns, double widening, Posts* posts)
 /// around.
 void PostFinder::findDense(const std::vector<std::uint32_t>& key, std::size_t begin,
                            std::size_t end) {
-  dense_.clear();
-  std::size_t around_begin = begin, most_end = end;
+  std::size_t around_begin = begin, around_end = end;
   while (around_begin > 0 && key[begin] - key[around_begin - 1] <= around_) --around_begin;
-  while (most_end < key.size() && key[most_end] - key[end - 1] <= around_) ++most_end;
-  const auto is_most = [](std::size_t near, std::size_t around) {
-    return static_cast<double>(near) >= kPostShare * static_cast<double>(around);
-  };
-  const std::size_t most_around = most_end - around_begin;
-  if (key[end - 1] - key[begin] <= half_ && is_most(end - begin, most_around)) {
-    for (std::size_t i = begin; i < end; ++i) dense_.push_back(static_cast<std::uint32_t>(i));
+  while (around_end < key.size() && key[around_end] - key[end - 1] <= around_) ++around_end;
+  const bool is_all_around = key[around_end - 1] - key[around_begin] <= around_;
+  if (is_all_around && key[end - 1] - key[begin] <= 2 * half_) {
+    keepMiddle(key, begin, end, fewestNear(around_end - around_begin));
     return;
   }
-  countBefore(key, around_begin, most_end);
+  dense_.clear();
+  std::size_t near_begin = begin, last_around = begin;
   for (std::size_t i = begin; i < end; ++i) {
-    const std::size_t near = countWithin(key[i], half_);
-    if (near < kPostPoints || !is_most(near, countWithin(key[i], around_))) continue;
-    dense_.push_back(static_cast<std::uint32_t>(i));
+    while (key[i] - key[near_begin] > half_) ++near_begin;
+    while (key[i] - key[around_begin] > around_) ++around_begin;
+    while (last_around < around_end && key[last_around] <= key[i] + around_) ++last_around;
+    // Enough are near if the last of so many is.
+    const std::size_t last = near_begin + fewestNear(last_around - around_begin) - 1;
+    if (last < end && key[last] <= key[i] + half_) dense_.push_back(static_cast<std::uint32_t>(i));
   }
 }
 
-/// How many of some keys lie before each millimetre from the first to the last.
-void PostFinder::countBefore(const std::vector<std::uint32_t>& key, std::size_t begin,
-                             std::size_t end) {
-  first_ = key[begin];
-  last_ = key[end - 1];
-  before_.assign(last_ - first_ + 2, 0);
-  for (std::size_t i = begin; i < end; ++i) ++before_[key[i] - first_ + 1];
-  std::partial_sum(before_.begin(), before_.end(), before_.begin());
-}
-
-/// How many of these lie so near to one of them.
-std::size_t PostFinder::countWithin(std::uint32_t key, std::uint32_t half) const {
-  const std::uint32_t up_to = std::min(last_ - key, half), from = std::min(key - first_, half);
-  return before_[key + up_to - first_ + 1] - before_[key - from - first_];
+/// Where the same lies around all of a stretch, and the nearer half of it near to its ends: between
+/// the first and the last return that have `fewest` near.
+void PostFinder::keepMiddle(const std::vector<std::uint32_t>& key, std::size_t begin,
+                            std::size_t end, std::size_t fewest) {
+  dense_.clear();
+  if (end - begin < fewest) return;
+  const std::uint32_t first = key[begin + fewest - 1], last = key[end - fewest];
+  while (begin < end && key[begin] + half_ < first) ++begin;
+  while (begin < end && key[end - 1] > last + half_) --end;
+  dense_.resize(end - begin);
+  std::iota(dense_.begin(), dense_.end(), static_cast<std::uint32_t>(begin));
 }
 
 /// Posts are stretches of dense returns each near to the last.
@@ -316,18 +327,17 @@ void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::siz
                          Posts* posts) const {
   const std::size_t count = end - begin;
   if (count < kPostPoints) return;
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
+  float low = kNone, high = -kNone;
   double x = 0.0, y = 0.0, distance = 0.0;
   for (std::size_t k = begin; k < end; ++k) {
-    const std::size_t i = dense_[k];
-    low = std::min(low, static_cast<double>(returns.height[i]));
-    high = std::max(high, static_cast<double>(returns.height[i]));
-    x += returns.x[i];
-    y += returns.y[i];
-    distance += returns.planar[i];
+    const WallPlace& place = returns.place[returns.order[dense_[k]]];
+    low = std::min(low, place.height);
+    high = std::max(high, place.height);
+    x += place.x;
+    y += place.y;
+    distance += place.planar;
   }
-  if (high - low < kPostExtent) return;
+  if (static_cast<double>(high) - static_cast<double>(low) < kPostExtent) return;
   const auto n = static_cast<double>(count);
   posts->column.push_back(static_cast<std::uint16_t>(returns.key[dense_[begin]] >> kColumnShift));
   posts->count.push_back(static_cast<std::uint32_t>(count));

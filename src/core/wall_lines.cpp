@@ -404,8 +404,8 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
   around_.assign(columns_, 0);
   low_.assign(columns_, kNowhere);
   high_.assign(columns_, -kNowhere);
-  const float *const x = returns.x.data(), *const y = returns.y.data();
-  const float *const planar = returns.planar.data(), *const height = returns.height.data();
+  const std::uint32_t *const key = returns.key.data(), *const order = returns.order.data();
+  const WallPlace* const places = returns.place.data();
   const Line to = line;
   const double half = half_, around_half = kAround * half_;
   for (std::size_t c = 0; c < columns_; ++c) {
@@ -414,14 +414,15 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
     const std::size_t end = returns.column_begin[c + 1];
     std::uint32_t own = 0, around = 0;
     float low = kNowhere, high = -kNowhere;
-    std::size_t i = returns.firstIn(c, window);
-    for (; i < end && !WallReturns::isBeyond(planar[i], window); ++i) {
-      const double off = to.distance(x[i], y[i]);
+    const std::uint32_t last = WallReturns::lastKeyIn(c, window);
+    for (std::size_t k = returns.firstIn(c, window); k < end && key[k] <= last; ++k) {
+      const WallPlace& place = places[order[k]];
+      const double off = to.distance(place.x, place.y);
       around += off < around_half ? 1U : 0U;
       if (!(off < half)) continue;
       ++own;
-      low = std::min(low, height[i]);
-      high = std::max(high, height[i]);
+      low = std::min(low, place.height);
+      high = std::max(high, place.height);
     }
     own_[c] = own;
     around_[c] = around;
