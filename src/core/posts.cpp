@@ -116,6 +116,14 @@ void rankFew(const std::int16_t* value, std::size_t size, std::uint32_t* rank) {
   }
 }
 
+/// End of a stretch of keys, each near to the last.
+std::size_t endOfStretch(const std::vector<std::uint32_t>& key, std::size_t begin,
+                         std::uint32_t half) {
+  std::size_t end = begin + 1;
+  while (end < key.size() && key[end] - key[end - 1] <= half) ++end;
+  return end;
+}
+
 /// How many returns near to one of a post there are at least, itself counted, among so many around.
 std::size_t fewestNear(std::size_t around) {
   const double share = kPostShare * static_cast<double>(around);
@@ -265,9 +273,8 @@ void PostFinder::find(const WallReturns& returns, double widening, Posts* posts)
   half_ = static_cast<std::uint32_t>(kHalf * widening);
   around_ = static_cast<std::uint32_t>(kAround * widening);
   const std::vector<std::uint32_t>& key = returns.key;
-  const std::size_t size = key.size();
-  for (std::size_t begin = 0, end = 0; begin < size; begin = end) {
-    for (end = begin + 1; end < size && key[end] - key[end - 1] <= half_;) ++end;
+  for (std::size_t begin = 0, end = 0; begin < key.size(); begin = end) {
+    end = endOfStretch(key, begin, half_);
     if (end - begin < kPostPoints) continue;
     findDense(key, begin, end);
     addPosts(returns, posts);
@@ -313,6 +320,9 @@ void PostFinder::keepMiddle(const std::vector<std::uint32_t>& key, std::size_t b
 
 /// Posts are stretches of dense returns each near to the last.
 void PostFinder::addPosts(const WallReturns& returns, Posts* posts) const {
+  if (dense_.empty()) return;
+  const bool is_whole = dense_.back() - dense_.front() < dense_.size();  // of one stretch
+  if (is_whole) return addPost(returns, 0, dense_.size(), posts);
   std::size_t begin = 0;
   for (std::size_t i = 1; i <= dense_.size(); ++i) {
     const bool goes_on =
