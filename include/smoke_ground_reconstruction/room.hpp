@@ -158,6 +158,7 @@ class Room {
   double softGate(const std::vector<float>& intensity) const;
   OrderedSum floorStrength(const std::vector<float>& intensity, const Sample& sample) const;
   void sortOut(const std::vector<float>& intensity);
+  const Indices& near() const;
   double steepest();
   void placePosts();
   void findRelief();
@@ -194,9 +195,11 @@ class Room {
   Points turned_;
   UprightReturns returns_;
   std::vector<std::uint8_t> flags_;  // what each return may be
-  // Returns, in order: on the floor; below it; about its height, and of these those that tell the
+  // Returns, in order: on the floor; below it; of those about its height the ones that tell the
   // relief; as high as the ceiling; what can be wall; what is on the boundary's walls.
-  Indices low_, deep_, near_, thinned_, at_ceiling_, maybe_wall_, on_walls_;
+  Indices low_, deep_, thinned_, at_ceiling_, maybe_wall_, on_walls_;
+  mutable Indices near_;  // about its height, of this scan once something asks for them
+  mutable bool has_near_ = false;
   std::vector<std::uint8_t> is_thinned_;
   std::array<double, 9> rotation_ = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   std::array<double, 3> plane_ = {0, 0, 0};

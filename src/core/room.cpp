@@ -202,9 +202,16 @@ void Room::sortOut(const std::vector<float>& intensity) {
   listKind(flags_, ReturnKind::kLow, &low_);
   judgeSoft(ranges, z, intensity.data(), size(), softGate(intensity), flags_.data());
   listKind(flags_, ReturnKind::kDeep, &deep_);
-  listKind(flags_, ReturnKind::kNear, &near_);
+  has_near_ = false;
   listKind(flags_, ReturnKind::kMayBeWall, &maybe_wall_);
   listKind(flags_, ReturnKind::kAtCeiling, &at_ceiling_);
+}
+
+/// Returns about the floor's height, listed once something asks for them: most rooms need none.
+const std::vector<std::uint32_t>& Room::near() const {
+  if (!has_near_) listKind(flags_, ReturnKind::kNear, &near_);
+  has_near_ = true;
+  return near_;
 }
 
 /// Tangent of the elevation up to which all but one return in a thousand lie, in steps.
@@ -301,7 +308,7 @@ void Room::findRelief() {
 /// Takes what the relief carries for low.
 void Room::addCarried() {
   const Points& at = points();
-  for (const std::uint32_t i : near_) {
+  for (const std::uint32_t i : near()) {
     if (isSoft(i) || !(returns_.planar[i] < params_.max_range)) continue;
     if (relief_.carries(at.x[i], at.y[i], returns_.height[i])) flags_[i] |= ReturnKind::kLow;
   }
@@ -327,7 +334,7 @@ bool Room::findRamp() {
 
 void Room::takeFeetOfWalls() {
   ramp_finder_.clear(lines_.size());
-  for (const std::uint32_t i : near_) {
+  for (const std::uint32_t i : near()) {
     const double over = returns_.height[i];
     if (!(over > ReliefGrid::kLowest) || !(over < ReliefGrid::kHighest) || isSoft(i)) continue;
     if (!(std::fabs(pastWall(i)) < kWallFoot * widening_)) continue;
@@ -379,8 +386,8 @@ bool Room::isFoot(std::size_t i) const {
 /// A riser has floor at its foot.
 void Room::addRisers() {
   const Points& at = points();
-  for (std::size_t k = 0; relief_.hasStep() && k < near_.size(); ++k) {
-    const std::uint32_t i = near_[k];
+  if (!relief_.hasStep()) return;
+  for (const std::uint32_t i : near()) {
     const bool is_counted =
         (flags_[i] & (ReturnKind::kLow | ReturnKind::kAtWall)) == ReturnKind::kLow;
     if (is_counted || isSoft(i) || !relief_.isRiser(at.x[i], at.y[i], height(i))) continue;
@@ -406,7 +413,7 @@ void Room::fillLevelCells() const {
   const Points& at = points();
   level_cells_.clear(kLevelShare * tolerance_, tolerance_);
   const double band = kLevelBand * tolerance_;
-  for (const std::uint32_t i : near_) {
+  for (const std::uint32_t i : near()) {
     const double height = returns_.height[i];
     if (!(std::fabs(height) < band) || !(returns_.planar[i] < params_.max_range)) continue;
     level_cells_.add(at.x[i], at.y[i], height);
@@ -479,7 +486,7 @@ void Room::findWallFeet() {
   wall_feet_.distance = profile_.distance;
   wall_feet_.column.clear();
   wall_feet_.height.clear();
-  for (const std::uint32_t i : near_) {
+  for (const std::uint32_t i : near()) {
     const double distance = profile_.distance[column(i)];
     if (!isLowOnWall(i) || !(returns_.height[i] < WallFeet::kSteepest * distance)) continue;
     wall_feet_.column.push_back(returns_.column[i]);
@@ -520,7 +527,7 @@ void Room::findCertainFloor() {
 void Room::findStanding() {
   low_wall_.assign(bins_.count(), 0);
   farthest_.clear(bins_.count());
-  for (const std::uint32_t i : near_) {
+  for (const std::uint32_t i : near()) {
     if (!isLowDown(i)) continue;
     const std::size_t c = column(i);
     const double beyond = planar(i) - profile_.distance[c];
