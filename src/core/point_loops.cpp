@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <numeric>
 
 #include "lanes.hpp"
 #include "multiversion.hpp"
@@ -25,6 +26,48 @@ float upper(double bound) {
 
 /// ... as a lower bound.
 float lower(double bound) { return -upper(-bound); }
+
+/// Bounds of kinds in single precision.
+struct SingleBounds {
+  explicit SingleBounds(const KindBounds& of)
+      : low(upper(of.low)),
+        low_range(upper(of.low_range)),
+        lift_square(static_cast<float>(of.lift_square)),
+        deep(upper(of.deep)),
+        near_lowest(lower(of.near_lowest)),
+        near_highest(upper(of.near_highest)),
+        above(lower(of.above)),
+        wall_highest(upper(of.wall_highest)),
+        wall_nearest(lower(of.wall_nearest)),
+        wall_farthest(upper(of.wall_farthest)),
+        ceiling_lowest(lower(of.ceiling_lowest)),
+        ceiling_highest(upper(of.ceiling_highest)),
+        soft_square(static_cast<float>(of.soft_square)) {}
+
+  float low, low_range, lift_square, deep, near_lowest, near_highest, above, wall_highest,
+      wall_nearest, wall_farthest, ceiling_lowest, ceiling_highest, soft_square;
+};
+
+SMOKE_GROUND_PART Ints kindWhere(const Ints& is_of_kind, ReturnKind::Bit kind) {
+  return is_of_kind & static_cast<std::int32_t>(kind);
+}
+
+/// Kinds of eight returns.
+SMOKE_GROUND_PART Bytes kindsOf(const Floats& planar, const Floats& z, const Floats& height,
+                                const SingleBounds& by) {
+  const Floats square = planar * planar + z * z;
+  const Ints is_above = height > by.above;
+  const Ints is_on = (magnitudeOf(height) < by.low) | (height * height * square < by.lift_square);
+  const Ints is_near = (height > by.near_lowest) & (height < by.near_highest);
+  const Ints is_within = (planar > by.wall_nearest) & (planar < by.wall_farthest);
+  const Ints is_at_ceiling = (height > by.ceiling_lowest) & (height < by.ceiling_highest);
+  return bytesOf(
+      kindWhere(is_on & (planar < by.low_range), ReturnKind::kLow) |
+      kindWhere(is_above & (square < by.soft_square), ReturnKind::kSoft) |
+      kindWhere(height < by.deep, ReturnKind::kDeep) | kindWhere(is_near, ReturnKind::kNear) |
+      kindWhere(is_above & (height < by.wall_highest) & is_within, ReturnKind::kMayBeWall) |
+      kindWhere(is_above & is_at_ceiling, ReturnKind::kAtCeiling));
+}
 
 constexpr std::size_t kFour = 4;
 
@@ -125,29 +168,30 @@ std::size_t takeEach(const ScanView& scan, std::size_t begin, std::size_t end, s
 
 std::size_t takeReturns(const ScanView& scan, const TakenReturns& to) {
   const ScanView from = scan;  // which nothing that is written can be part of
-  if (!isPacked(from)) return takeEach(from, 0, from.size, 0, to);
-  const std::ptrdiff_t stride = from.ring.stride();
+  const TakenReturns at = to;
+  if (!isPacked(from)) return takeEach(from, 0, from.size, 0, at);
   std::size_t count = 0, i = 0;
   for (; i + kFour <= from.size; i += kFour) {
     const auto [x, y, z, intensity] = fourPoints(from, i);
     if (!areReturns(x, y, z)) {
-      count = takeEach(from, i, i + kFour, count, to);
+      if (count == i) std::iota(at.index, at.index + count, 0U);
+      count = takeEach(from, i, i + kFour, count, at);
       continue;
     }
-    const auto first = static_cast<std::int32_t>(i);
-    const FourInts index = {first, first + 1, first + 2, first + 3};
-    std::memcpy(to.x + count, &x, sizeof(x));
-    std::memcpy(to.y + count, &y, sizeof(y));
-    std::memcpy(to.z + count, &z, sizeof(z));
-    std::memcpy(to.intensity + count, &intensity, sizeof(intensity));
-    std::memcpy(to.index + count, &index, sizeof(index));
-    const unsigned char* const ring = from.ring.data() + static_cast<std::ptrdiff_t>(i) * stride;
-    for (std::ptrdiff_t k = 0; k < 4; ++k) {
-      std::memcpy(to.ring + count + k, ring + k * stride, sizeof(*to.ring));
-    }
+    const auto first = static_cast<std::uint32_t>(i);
+    const std::array<std::uint16_t, kFour> ring = {from.ring[i], from.ring[i + 1], from.ring[i + 2],
+                                                   from.ring[i + 3]};
+    std::memcpy(at.x + count, &x, sizeof(x));
+    std::memcpy(at.y + count, &y, sizeof(y));
+    std::memcpy(at.z + count, &z, sizeof(z));
+    std::memcpy(at.intensity + count, &intensity, sizeof(intensity));
+    std::memcpy(at.ring + count, ring.data(), sizeof(ring));
+    if (count != i) std::iota(at.index + count, at.index + count + kFour, first);
     count += kFour;
   }
-  return takeEach(from, i, from.size, count, to);
+  const std::size_t all = takeEach(from, i, from.size, count, at);
+  if (count == i && all < from.size) std::iota(at.index, at.index + count, 0U);
+  return all;
 }
 
 SMOKE_GROUND_MULTIVERSION
@@ -181,34 +225,20 @@ void rangesAndHeights(const PointArrays& points, const std::array<double, 3>& pl
 SMOKE_GROUND_MULTIVERSION
 void findKinds(const float* planar, const float* z, const float* height, std::size_t size,
                const KindBounds& bounds, std::uint8_t* kind) {
-  const float low = upper(bounds.low), low_range = upper(bounds.low_range);
-  const auto lift_square = static_cast<float>(bounds.lift_square);
-  const float deep = upper(bounds.deep), above = lower(bounds.above);
-  const float near_lowest = lower(bounds.near_lowest), near_highest = upper(bounds.near_highest);
-  const float wall_highest = upper(bounds.wall_highest);
-  const float wall_nearest = lower(bounds.wall_nearest);
-  const float wall_farthest = upper(bounds.wall_farthest);
-  const float ceiling_lowest = lower(bounds.ceiling_lowest);
-  const float ceiling_highest = upper(bounds.ceiling_highest);
-  const auto soft_square = static_cast<float>(bounds.soft_square);
-  for (std::size_t i = 0; i < size; ++i) {
-    const float h = height[i];
-    const float range = planar[i];
-    const float square = range * range + z[i] * z[i];
-    const int is_above = h > above ? 1 : 0;
-    const int is_on = (std::fabs(h) < low ? 1 : 0) | (h * h * square < lift_square ? 1 : 0);
-    const int is_low = is_on & (range < low_range ? 1 : 0);
-    const int is_near = (h > near_lowest ? 1 : 0) & (h < near_highest ? 1 : 0);
-    const int is_within = (range > wall_nearest ? 1 : 0) & (range < wall_farthest ? 1 : 0);
-    const int may_be_wall = is_above & (h < wall_highest ? 1 : 0) & is_within;
-    const int is_at_ceiling =
-        is_above & (h > ceiling_lowest ? 1 : 0) & (h < ceiling_highest ? 1 : 0);
-    const int may_be_soft = is_above & (square < soft_square ? 1 : 0);
-    const int sum = is_low * ReturnKind::kLow + may_be_soft * ReturnKind::kSoft +
-                    (h < deep ? ReturnKind::kDeep : 0) + is_near * ReturnKind::kNear +
-                    may_be_wall * ReturnKind::kMayBeWall + is_at_ceiling * ReturnKind::kAtCeiling;
-    kind[i] = static_cast<std::uint8_t>(sum);
+  const SingleBounds by(bounds);
+  std::size_t i = 0;
+  for (; i + kLanes <= size; i += kLanes) {
+    const Bytes kinds = kindsOf(loadLanes(planar + i), loadLanes(z + i), loadLanes(height + i), by);
+    std::memcpy(kind + i, &kinds, sizeof(kinds));
   }
+  if (i == size) return;
+  std::array<float, 3 * kLanes> rest{};
+  std::copy(planar + i, planar + size, rest.data());
+  std::copy(z + i, z + size, rest.data() + kLanes);
+  std::copy(height + i, height + size, rest.data() + 2 * kLanes);
+  const Bytes kinds = kindsOf(loadLanes(rest.data()), loadLanes(rest.data() + kLanes),
+                              loadLanes(rest.data() + 2 * kLanes), by);
+  std::memcpy(kind + i, &kinds, size - i);
 }
 
 SMOKE_GROUND_MULTIVERSION
@@ -233,7 +263,9 @@ void listWhere(const std::uint8_t* flags, std::size_t size, std::uint8_t mask, s
                std::vector<std::uint32_t>* list) {
   const std::uint8_t* const in = flags;
   // Of the right size at once: to make it longer costs as much as to fill it.
-  list->resize(countWhere(in, size, mask, wanted) + kLanes);
+  const std::size_t count = countWhere(in, size, mask, wanted);
+  list->resize(count == 0 ? 0 : count + kLanes);
+  if (count == 0) return;
   std::uint32_t* out = list->data();
   std::size_t i = 0;
   for (; i + kLanes <= size; i += kLanes) {

@@ -22,7 +22,7 @@ struct PointArrays {
 struct TakenReturns {
   float *x, *y, *z, *intensity;
   std::uint16_t* ring;
-  std::uint32_t* index;  ///< in the scan
+  std::uint32_t* index;  ///< in the scan; not told where all points are returns
 };
 
 /// Takes the points of a scan that isReturn(), in order.
