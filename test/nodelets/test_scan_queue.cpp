@@ -72,11 +72,29 @@ struct Passed {
   std::vector<std::string> order;
 };
 
+/// Returns when the threads of both have begun.
+void meet(ScanQueue& first, ScanQueue& second) {
+  std::promise<void> first_came;
+  std::promise<void> second_came;
+  std::promise<void> met;
+  add(first, [&] {
+    first_came.set_value();
+    EXPECT_TRUE(comes(second_came));
+    met.set_value();
+  });
+  add(second, [&] {
+    EXPECT_TRUE(comes(first_came));
+    second_came.set_value();
+  });
+  EXPECT_TRUE(comes(met));
+}
+
 Passed passOn() {
   Passed passed;
   std::promise<void> is_done;
   ScanQueue first;
   ScanQueue second;
+  meet(first, second);
   add(first, [&] {
     passed.from = std::this_thread::get_id();
     add(second, [&] {
@@ -97,7 +115,7 @@ Passed passOn() {
 
 TEST(ScanQueue, TheSameThreadTakesUpWhatItPassedOn) {
   Passed passed = passOn();
-  // A thread that has only just begun may be there first.
+  // A thread that has just ended other work may be there first.
   for (int i = 0; i < 20 && passed.from != passed.to; ++i) passed = passOn();
   EXPECT_EQ(passed.from, passed.to);
   EXPECT_EQ(passed.order,
