@@ -7,6 +7,7 @@ endif()
 smoke_ground_add_library(ros
   src/ros/cloud_conversions.cpp
   src/ros/cut_cloud.cpp
+  src/ros/fault_log.cpp
   src/ros/floor_markers.cpp
   src/ros/latency_log.cpp
   src/ros/lazy_nodelet.cpp

@@ -135,16 +135,14 @@ class ReconstructorNodelet : public LazyNodelet {
       return drawn;
     };
     publishFloor(raw.header, room_.surface, mounting, grid, timing);
-    tellOfRoom(mounting.sensor_height);
+    tellOfRoom({mounting.sensor_height, mounting_->heightIsFrom()});
     return {cloud.size(), room_.surface.size()};
   }
 
-  void tellOfRoom(double sensor_height) {
-    const std::string warning = heightWarning(room_.floor, sensor_height);
-    health().tell(findingsOf(room_.floor, room_.visibility, sensor_height), warning);
-    if (!warning.empty()) {
-      NODELET_WARN_THROTTLE(10.0, "%s", warning.c_str());
-    }
+  void tellOfRoom(const GivenHeight& given) {
+    const std::string warning = heightWarning(room_.floor, given);
+    health().tell(findingsOf(room_.floor, room_.visibility, given), warning);
+    if (!warning.empty()) warn(warning);
   }
 
   Kept fillSegments(const PointCloud2ConstPtr& raw, const CutCloud& ground, const CutCloud& walls,

@@ -23,7 +23,7 @@ void LazyNodelet::onInit() {
   try {
     initialize();
   } catch (const std::exception& error) {  // the manager would say nothing of it
-    NODELET_FATAL("Cannot start: %s", error.what());
+    NODELET_FATAL("%s: cannot start: %s", getName().c_str(), error.what());
     throw;
   }
 }
@@ -37,10 +37,12 @@ void LazyNodelet::initialize() {
                                                                getName());
   diagnostics_->setHardwareID("none");
   diagnostics_->add("scans", [this](auto& status) { health_.report(status); });
+  input_topic_ = pnh.resolveName("input");
+  health_.setInput(input_topic_);
   setUp();
   // On the wall clock: it reports even while time stops.
-  diagnostics_timer_ = pnh.createWallTimer(
-      ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { diagnostics_->force_update(); });
+  diagnostics_timer_ =
+      pnh.createWallTimer(ros::WallDuration(1.0), [this](const ros::WallTimerEvent&) { report(); });
   {
     const std::lock_guard<std::mutex> lock(connect_mutex_);  // a listener may be there at once
     advertiseOutputs();
@@ -48,6 +50,12 @@ void LazyNodelet::initialize() {
   updateListening();
   listeners_.start();
   upkeep_.start();
+}
+
+void LazyNodelet::report() {
+  diagnostics_->force_update();
+  const std::string fault = health_.standstill();
+  if (!fault.empty()) warn(fault);
 }
 
 void LazyNodelet::endCallbacks() {
@@ -91,7 +99,8 @@ void LazyNodelet::handleScan(const std_msgs::Header& header,
     scans_.afterwards([this, message = timing.message()] { timing_pub_.publish(message); });
   } catch (const std::exception& error) {
     health_.scanDropped(error.what());
-    NODELET_WARN_THROTTLE(5.0, "Dropped a scan in '%s': %s", header.frame_id.c_str(), error.what());
+    warn("dropped a scan of " + input_topic_ + " (frame '" + header.frame_id +
+         "'): " + error.what() + "; /diagnostics counts further ones");
   }
 }
 
@@ -103,11 +112,16 @@ bool LazyNodelet::cameBefore(const std_msgs::Header& header) {
   return is_same;
 }
 
+void LazyNodelet::warn(const std::string& fault) {
+  const std::lock_guard<std::mutex> lock(faults_mutex_);
+  if (faults_.isNews(fault)) NODELET_WARN("%s: %s", getName().c_str(), fault.c_str());
+}
+
 void LazyNodelet::warnOfDerivedRings(const sensor_msgs::PointCloud2& cloud) {
   if (has_warned_of_rings_) return;
   has_warned_of_rings_ = true;
-  NODELET_WARN("The cloud has no 'ring'; rings are derived from elevation. Fields: %s",
-               describeFields(cloud).c_str());
+  warn("clouds of " + input_topic_ +
+       " have no 'ring'; rings are derived from elevation; fields: " + describeFields(cloud));
 }
 
 }  // namespace smoke_ground_reconstruction

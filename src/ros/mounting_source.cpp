@@ -43,8 +43,8 @@ MountingSource::MountingSource(const ros::NodeHandle& nh)
   if (base_frame_.empty()) return;
   listener_ = std::make_unique<tf2_ros::TransformListener>(buffer_);
   if (forward_yaw_deg_ != 0.0) {
-    ROS_WARN("%s is ignored: base_frame '%s' tells forward",
-             nh.resolveName("forward_yaw_deg").c_str(), base_frame_.c_str());
+    ROS_WARN("%s: forward_yaw_deg is ignored: base_frame '%s' tells forward",
+             nh.getNamespace().c_str(), base_frame_.c_str());
   }
 }
 
@@ -53,6 +53,10 @@ Mounting MountingSource::at(const std_msgs::Header& header, double sensor_height
   waitForTransform(header);
   const auto transform = buffer_.lookupTransform(base_frame_, header.frame_id, header.stamp);
   return mountingFrom(transform.transform, base_height_);
+}
+
+std::string MountingSource::heightIsFrom() const {
+  return base_frame_.empty() ? "sensor_height" : "tf from '" + base_frame_ + "'";
 }
 
 // On the wall clock: the buffer's own timeout runs on ROS time, which may stand still.

@@ -3,22 +3,35 @@
 #include <diagnostic_msgs/DiagnosticStatus.h>
 
 namespace smoke_ground_reconstruction {
+namespace {
+
+constexpr std::chrono::seconds kLong(5);  // without a scan, at which something is amiss
+
+}  // namespace
+
+void StageHealth::setInput(const std::string& topic) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  input_ = topic;
+}
 
 void StageHealth::setListening(bool listening) {
   const std::lock_guard<std::mutex> lock(mutex_);
   is_listening_ = listening;
+  last_news_ = Clock::now();
 }
 
 void StageHealth::inputArrived() {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++recent_.arrived;
   ++total_.arrived;
+  last_arrival_ = Clock::now();
 }
 
 void StageHealth::scanDone(std::size_t points_in, std::size_t points_kept, double milliseconds) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++recent_.done;
   ++total_.done;
+  last_news_ = Clock::now();
   points_in_ = points_in;
   points_kept_ = points_kept;
   milliseconds_ = milliseconds;
@@ -28,6 +41,7 @@ void StageHealth::scanDropped(const std::string& reason) {
   const std::lock_guard<std::mutex> lock(mutex_);
   ++recent_.dropped;
   ++total_.dropped;
+  last_news_ = Clock::now();
   last_drop_ = reason;
 }
 
@@ -64,12 +78,21 @@ void StageHealth::summarize(diagnostic_updater::DiagnosticStatusWrapper& status)
     status.summary(DiagnosticStatus::WARN, warning_);
   } else if (recent_.done > 0) {
     status.summary(DiagnosticStatus::OK, "running");
-  } else if (recent_.arrived > 0) {
-    status.summary(DiagnosticStatus::WARN,
-                   "scans come in, but no ground and walls of their stamps");
   } else {
-    status.summary(DiagnosticStatus::WARN, "no input");
+    status.summary(DiagnosticStatus::WARN, whatFailsToCome(recent_.arrived > 0));
   }
+}
+
+std::string StageHealth::standstill() const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  const auto now = Clock::now();
+  if (!is_listening_ || now - last_news_ < kLong) return "";
+  return whatFailsToCome(now - last_arrival_ < kLong);
+}
+
+std::string StageHealth::whatFailsToCome(bool comes_in) const {
+  if (!comes_in) return "no cloud comes on " + input_;
+  return "clouds come on " + input_ + ", but none of their stamps on both ~ground and ~walls";
 }
 
 }  // namespace smoke_ground_reconstruction

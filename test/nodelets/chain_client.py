@@ -4,10 +4,12 @@ import threading
 import time
 import unittest
 
+import rosgraph
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonStamped
 from nav_msgs.msg import OccupancyGrid
+from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import PointCloud2
 from smoke_ground_reconstruction.msg import FloorBoundary, Timing
 from std_msgs.msg import Header
@@ -161,6 +163,37 @@ class ChainTestCase(unittest.TestCase):
             return True
 
         wait_until(answered, "an answer to a scan")
+
+    def check_told_once(self, room_cloud):
+        """Clouds that the awake denoiser drops are told of once, with its name and its topic."""
+        lines = []
+        log = rospy.Subscriber("/rosout", Log, lambda line: lines.append(line.msg))
+        tellers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])["/rosout"]
+        wait_until(lambda: log.get_num_connections() >= len(tellers), "all that is told")
+
+        def dropped(status):
+            return int(values_of(status)["scans dropped"])
+
+        def drop_one(field):
+            def broken(header):
+                cloud = room_cloud(header)
+                cloud.fields[field].datatype = 78
+                return cloud
+
+            before = dropped(self.diagnostics.wait("denoiser", lambda _: True, "anything"))
+            self.publish(broken)
+            self.diagnostics.wait("denoiser", lambda s: dropped(s) > before, "a dropped scan")
+
+        def told_of(field):
+            return [line for line in lines if f"field '{field}' has unknown datatype 78" in line]
+
+        for field in (0, 0, 0, 1):  # the last one comes after all that is told of the first
+            drop_one(field)
+        wait_until(lambda: told_of("y"), "a line on the second fault")
+        log.unregister()
+        (line,) = told_of("x")
+        start = f"{NS}/denoiser: dropped a scan of {CLOUD} (frame 'lidar'): "
+        self.assertTrue(line.startswith(start), line)
 
     def ask(self, make_cloud, *listeners, **options):
         """The answers of a chain that is awake to one scan."""

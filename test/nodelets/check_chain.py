@@ -305,6 +305,11 @@ class ChainTest(ChainTestCase):
             self.assertIn(reason, values_of(status)["last drop"])
             self.ask(room_cloud, floor)  # it lives
 
+    def test_a_fault_is_told_once(self):
+        floor = self.listen("reconstructor/ground_surface")
+        self.wake(room_cloud, floor)
+        self.check_told_once(room_cloud)
+
     def test_empty_and_worthless_clouds_give_empty_outputs(self):
         topics = (
             "denoiser/denoised",

@@ -111,6 +111,11 @@ class PythonNodesTest(ChainTestCase):
         self.diagnostics.wait("denoiser", lambda s: reason in values_of(s)["last drop"], reason)
         self.ask(room_cloud, floor)
 
+    def test_a_fault_is_told_once(self):
+        floor = self.listen("reconstructor/ground_surface")
+        self.wake(room_cloud, floor)
+        self.check_told_once(room_cloud)
+
     def test_a_change_of_parameters_shows_in_the_next_scan(self):
         noise = self.listen("denoiser/noise")
         self.wake(room_cloud, noise)

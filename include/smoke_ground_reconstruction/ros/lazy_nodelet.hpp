@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "smoke_ground_reconstruction/ros/callback_thread.hpp"
+#include "smoke_ground_reconstruction/ros/fault_log.hpp"
 #include "smoke_ground_reconstruction/ros/scan_queue.hpp"
 #include "smoke_ground_reconstruction/ros/stage_health.hpp"
 #include "smoke_ground_reconstruction/ros/stage_timing.hpp"
@@ -67,6 +68,12 @@ class LazyNodelet : public nodelet::Nodelet {
   /// Stops and starts listening, where it listens at all.
   void listenAnew();
 
+  /// Warns of a fault, by the nodelet's name, where FaultLog has it for news.
+  void warn(const std::string& fault);
+
+  /// ~input by the name it has outside.
+  const std::string& inputTopic() const { return input_topic_; }
+
   /// Warns once in the life of the nodelet that rings had to be derived.
   void warnOfDerivedRings(const sensor_msgs::PointCloud2& cloud);
 
@@ -90,10 +97,14 @@ class LazyNodelet : public nodelet::Nodelet {
   /// we subscribe, roscpp may link the two twice, and hand each message over twice.
   bool cameBefore(const std_msgs::Header& header);
   void updateListening();
+  void report();
 
   ScanQueue scans_;  // what callbacks come on is freed last
   CallbackThread listeners_, upkeep_;
   StageHealth health_;
+  std::mutex faults_mutex_;
+  FaultLog faults_;
+  std::string input_topic_;
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::WallTimer diagnostics_timer_;
   ros::Publisher timing_pub_;

@@ -35,6 +35,9 @@ class MountingSource {
   ///         ~tf_timeout of wall time, since a joint's transform may come after the scan.
   Mounting at(const std_msgs::Header& header, double sensor_height) const;
 
+  /// What tells the sensor's height: "sensor_height", or tf and the frame.
+  std::string heightIsFrom() const;
+
  private:
   void waitForTransform(const std_msgs::Header& header) const;
 

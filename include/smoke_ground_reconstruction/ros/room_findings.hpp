@@ -8,11 +8,17 @@
 
 namespace smoke_ground_reconstruction {
 
-/// What a scan of a room shows, for /diagnostics: heights, and how far the sensor sees.
-/// \param sensor_height  as given [m].
-Findings findingsOf(const FloorModel& floor, const Visibility& visibility, double sensor_height);
+/// Height of the sensor above the floor [m] as it is given, and by what.
+struct GivenHeight {
+  double height;
+  std::string from;  ///< MountingSource::heightIsFrom()
+};
 
-/// What is wrong with the height given [m], in one line; empty where nothing is.
-std::string heightWarning(const FloorModel& floor, double sensor_height);
+/// What a scan of a room shows, for /diagnostics: heights, and how far the sensor sees.
+Findings findingsOf(const FloorModel& floor, const Visibility& visibility,
+                    const GivenHeight& given);
+
+/// What is wrong with the height given, in one line; empty where nothing is.
+std::string heightWarning(const FloorModel& floor, const GivenHeight& given);
 
 }  // namespace smoke_ground_reconstruction

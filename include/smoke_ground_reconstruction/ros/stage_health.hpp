@@ -18,6 +18,8 @@ using Findings = std::vector<std::pair<std::string, std::string>>;
 /// time, last drop, and what the last scan showed. Any thread may call any method.
 class StageHealth {
  public:
+  /// What ~input is called outside.
+  void setInput(const std::string& topic);
   void setListening(bool listening);
   /// A message came in on ~input.
   void inputArrived();
@@ -30,6 +32,10 @@ class StageHealth {
   /// where input fails to come, all of it was dropped, none found its partners, or as told.
   void report(diagnostic_updater::DiagnosticStatusWrapper& status);
 
+  /// What fails to come, where it listens and for long no scan went through or was dropped; else
+  /// empty.
+  std::string standstill() const;
+
  private:
   using Clock = std::chrono::steady_clock;
   struct Counts {
@@ -37,9 +43,13 @@ class StageHealth {
   };
 
   void summarize(diagnostic_updater::DiagnosticStatusWrapper& status) const;
+  std::string whatFailsToCome(bool comes_in) const;
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
+  std::string input_ = "~input";
   bool is_listening_ = false;
+  Clock::time_point last_arrival_;
+  Clock::time_point last_news_;  // a scan done or dropped, or the first listener
   Clock::time_point since_ = Clock::now();
   Counts recent_;  // since the last report
   Counts total_;

@@ -43,7 +43,7 @@ class TunableParams {
     try {
       store(config);
     } catch (const std::invalid_argument& error) {
-      ROS_WARN("Kept the parameters of %s as they were: %s", name_.c_str(), error.what());
+      ROS_WARN("%s: kept the parameters as they were: %s", name_.c_str(), error.what());
       config = accepted_;
       store(config);
     }

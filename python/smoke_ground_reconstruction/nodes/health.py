@@ -5,14 +5,25 @@ import time
 
 from diagnostic_msgs.msg import DiagnosticStatus
 
+_LONG = 5.0  # without a scan, at which something is amiss [s]
+
 
 class StageHealth:
     """Input rate, points in and kept, last processing time, last drop, and what the last scan
-    showed; any thread may call."""
+    showed; any thread may call.
 
-    def __init__(self):
+    Parameters
+    ----------
+    input_topic : str
+        What ~input is called outside.
+    """
+
+    def __init__(self, input_topic: str):
         self._lock = threading.Lock()
+        self._input = input_topic
         self._is_listening = False
+        self._last_arrival = -_LONG
+        self._last_news = 0.0  # a scan done or dropped, or the first listener
         self._since = time.monotonic()
         self._recent = {"arrived": 0, "done": 0, "dropped": 0}
         self._total = dict(self._recent)
@@ -25,16 +36,19 @@ class StageHealth:
         """Does anybody listen to an output?"""
         with self._lock:
             self._is_listening = listening
+            self._last_news = time.monotonic()
 
     def input_arrived(self) -> None:
         """A message came in on ~input."""
         with self._lock:
             self._count("arrived")
+            self._last_arrival = time.monotonic()
 
     def scan_done(self, points_in: int, points_kept: int, milliseconds: float) -> None:
         """A scan went through."""
         with self._lock:
             self._count("done")
+            self._last_news = time.monotonic()
             self._points = (points_in, points_kept)
             self._milliseconds = milliseconds
 
@@ -42,6 +56,7 @@ class StageHealth:
         """A scan did not."""
         with self._lock:
             self._count("dropped")
+            self._last_news = time.monotonic()
             self._last_drop = reason
 
     def tell(self, findings, warning="") -> None:
@@ -81,9 +96,18 @@ class StageHealth:
             return DiagnosticStatus.WARN, self._warning
         if self._recent["done"]:
             return DiagnosticStatus.OK, "running"
-        if self._recent["arrived"]:
-            return (
-                DiagnosticStatus.WARN,
-                "scans come in, but no ground and walls of their stamps",
-            )
-        return DiagnosticStatus.WARN, "no input"
+        return DiagnosticStatus.WARN, self._what_fails_to_come(self._recent["arrived"] > 0)
+
+    def standstill(self) -> str:
+        """What fails to come, where the node listens and for long no scan went through or was
+        dropped; else empty."""
+        with self._lock:
+            now = time.monotonic()
+            if not self._is_listening or now - self._last_news < _LONG:
+                return ""
+            return self._what_fails_to_come(now - self._last_arrival < _LONG)
+
+    def _what_fails_to_come(self, comes_in):
+        if not comes_in:
+            return f"no cloud comes on {self._input}"
+        return f"clouds come on {self._input}, but none of their stamps on both ~ground and ~walls"

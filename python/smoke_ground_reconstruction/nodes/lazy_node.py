@@ -12,6 +12,7 @@ from sensor_msgs.msg import PointCloud2
 from smoke_ground_reconstruction.msg import Timing
 
 from ..ros_messages import describe_fields
+from .fault_log import FaultLog
 from .health import StageHealth
 from .timing import StageTiming
 
@@ -32,7 +33,9 @@ class LazyNode(rospy.SubscribeListener):
 
     def __init__(self, params_class, config_class):
         super().__init__()
-        self.health = StageHealth()
+        self._input_topic = rospy.resolve_name("~input")
+        self.health = StageHealth(self._input_topic)
+        self._faults = FaultLog()
         self._lock = threading.RLock()
         self._outputs = []
         self._is_listening = False
@@ -81,18 +84,27 @@ class LazyNode(rospy.SubscribeListener):
             points_in, points_kept = work(timing)
         except Exception as error:  # the node must outlive whatever a scan brings
             self.health.scan_dropped(str(error))
-            rospy.logwarn_throttle(5.0, f"Dropped a scan in '{header.frame_id}': {error}")
+            self.warn(
+                f"dropped a scan of {self._input_topic} (frame '{header.frame_id}'): {error}; "
+                "/diagnostics counts further ones"
+            )
             return
         self.health.scan_done(points_in, points_kept, timing.milliseconds())
         self._timing_pub.publish(timing.message)
+
+    def warn(self, fault) -> None:
+        """Warn of a fault, by the node's name, where FaultLog has it for news."""
+        with self._lock:
+            if self._faults.is_news(fault):
+                rospy.logwarn(f"{rospy.get_name()}: {fault}")
 
     def warn_of_derived_rings(self, cloud) -> None:
         """Once in the life of the node."""
         if not self._has_warned_of_rings:
             self._has_warned_of_rings = True
-            rospy.logwarn(
-                "The cloud has no 'ring'; rings are derived from elevation. "
-                f"Fields: {describe_fields(cloud)}"
+            self.warn(
+                f"clouds of {self._input_topic} have no 'ring'; rings are derived from elevation; "
+                f"fields: {describe_fields(cloud)}"
             )
 
     # --- listeners ---
@@ -140,7 +152,7 @@ class LazyNode(rospy.SubscribeListener):
             params.validate()
             self._take_params(params)
         except ValueError as error:
-            rospy.logwarn(f"Kept the parameters as they were: {error}")
+            rospy.logwarn(f"{rospy.get_name()}: kept the parameters as they were: {error}")
             config.update(dataclasses.asdict(self.params))
         return config
 
@@ -158,6 +170,9 @@ class LazyNode(rospy.SubscribeListener):
         updater.add("scans", self.health.report)
         while not rospy.is_shutdown():  # on the wall clock: ROS time may stand still
             updater.force_update()
+            fault = self.health.standstill()
+            if fault:
+                self.warn(fault)
             time.sleep(1.0)
 
 
@@ -177,7 +192,7 @@ def run(name, node_class) -> None:
     try:
         node_class()
     except ValueError as error:
-        rospy.logfatal(str(error))
+        rospy.logfatal(f"{rospy.get_name()}: cannot start: {error}")
         raise SystemExit(1) from None
     rospy.spin()
 

@@ -25,7 +25,10 @@ class MountingSource:
         self._buffer = tf2_ros.Buffer()
         self._listener = tf2_ros.TransformListener(self._buffer)
         if self._forward_yaw_deg != 0.0:
-            rospy.logwarn(f"forward_yaw_deg is ignored: base_frame '{self._base_frame}' tells it")
+            rospy.logwarn(
+                f"{rospy.get_name()}: forward_yaw_deg is ignored: "
+                f"base_frame '{self._base_frame}' tells forward"
+            )
 
     def at(self, header, sensor_height: float) -> Mounting:
         """The mounting at the header's stamp; `sensor_height` [m] holds where tf does not tell it.
@@ -34,18 +37,27 @@ class MountingSource:
         """
         if not self._base_frame:
             return level_mounting(self._forward_yaw_deg, sensor_height)
-        self._wait_for_transform(header)
-        transform = self._buffer.lookup_transform(self._base_frame, header.frame_id, header.stamp)
+        transform = self._wait_for_transform(header)
         return mounting_from(transform.transform, self._base_height)
+
+    @property
+    def height_is_from(self) -> str:
+        """What tells the sensor's height: "sensor_height", or tf and the frame."""
+        return f"tf from '{self._base_frame}'" if self._base_frame else "sensor_height"
 
     def _wait_for_transform(self, header):
         deadline = time.monotonic() + self._tf_timeout
-        while not self._buffer.can_transform(self._base_frame, header.frame_id, header.stamp):
-            if time.monotonic() > deadline:
-                raise RuntimeError(
-                    f"no transform from '{header.frame_id}' to '{self._base_frame}' "
-                    "at the scan's stamp"
+        while True:
+            try:
+                return self._buffer.lookup_transform(
+                    self._base_frame, header.frame_id, header.stamp
                 )
+            except tf2_ros.TransformException as reason:
+                if time.monotonic() > deadline:
+                    raise RuntimeError(
+                        f"no transform from '{header.frame_id}' to '{self._base_frame}' "
+                        f"at the scan's stamp: {reason}"
+                    ) from None
             time.sleep(0.002)
 
 

@@ -32,7 +32,6 @@ from .mounting_source import MountingSource
 _RAW_ALONE = ("~input",)
 _RAW_GROUND_WALLS = ("~input", "~ground", "~walls")
 _SYNC_QUEUE_SIZE = 40  # raw scans wait here for the stages before: seconds, if those are slow
-_WARN_PERIOD = 10.0  # [s]
 
 
 class ReconstructorNode(LazyNode):
@@ -102,10 +101,11 @@ class ReconstructorNode(LazyNode):
         room = method.reconstruct(scan, sensor, mounting)
         timing.finish("reconstruct", len(scan.xyz), len(room.surface))
         timing.told(room.visibility)
-        warning = height_warning(room.floor, mounting.sensor_height)
-        self.health.tell(findings_of(room, mounting.sensor_height), warning)
+        given = (mounting.sensor_height, self._mounting.height_is_from)
+        warning = height_warning(room.floor, *given)
+        self.health.tell(findings_of(room, *given), warning)
         if warning:
-            rospy.logwarn_throttle(_WARN_PERIOD, warning)
+            self.warn(warning)
         walls = scan.select(room.labels == Label.WALL)
         self._publish_floor(raw.header, room.surface, walls, mounting, timing)
         return len(scan.xyz), len(room.surface)
