@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
 #include <numeric>
 
 #include "lanes.hpp"
 #include "multiversion.hpp"
-#include "smoke_ground_reconstruction/bounding_box.hpp"
 #include "smoke_ground_reconstruction/predicates.hpp"
 #include "smoke_ground_reconstruction/recycled.hpp"
 #include "smoke_ground_reconstruction/wall_clustering.hpp"
@@ -86,6 +88,31 @@ void sortEntries(std::uint32_t largest_key, const Key& key, std::vector<std::uin
   }
 }
 
+/// The same by a key of which there are not many more than entries; the entries are all below that
+/// many.
+template <typename Key>
+void sortAtOnce(std::uint32_t keys, const Key& key, std::vector<std::uint32_t>* entries) {
+  Recycled<std::uint32_t> begin;
+  begin.assign(keys + 1U, 0);
+  const auto size = static_cast<std::uint32_t>(entries->size());
+  for (std::uint32_t e = 0; e < size; ++e) ++begin[key(e) + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  for (std::uint32_t e = 0; e < size; ++e) (*entries)[begin[key(e)]++] = e;
+}
+
+constexpr std::size_t kAtOnce = 1024;            // points
+constexpr std::uint64_t kMostCellsPerPoint = 8;  // more are mostly empty
+
+/// Numbers of cells along an axis. Casts round towards zero: only positive numbers are cast.
+SMOKE_GROUND_MULTIVERSION
+void numberCells(const float* values, std::size_t size, double per_metre, std::uint32_t* cells) {
+  constexpr double kHalf = 1 << 20;
+  for (std::size_t k = 0; k < size; ++k) {
+    const double cell = static_cast<double>(values[k]) * per_metre + kHalf;
+    cells[k] = static_cast<std::uint32_t>(static_cast<std::int32_t>(cell));
+  }
+}
+
 /// Points one behind the other, and some to fill the last lanes.
 struct PointLanes {
   Recycled<float> x, y, z;
@@ -143,13 +170,12 @@ Link findLink(const PointLanes& points, std::uint32_t a, std::uint32_t a_end, st
 /// column lie side by side from the lowest to the highest: walls are made of such columns.
 class CellGrid {
  public:
-  CellGrid(const Scan& scan, const std::vector<std::uint32_t>& points, double edge)
-      : points_(points.size()) {
-    Recycled<std::uint32_t> column(points.size());
-    Recycled<std::uint32_t> level(points.size());
-    placePoints(scan, points, 1.0 / edge, &column, &level);
+  CellGrid(const PointLanes& points, std::size_t point_count, double edge) : points_(point_count) {
+    Recycled<std::uint32_t> column(point_count);
+    Recycled<std::uint32_t> level(point_count);
+    placePoints(points, 1.0 / edge, &column, &level);
     sortPoints(column, level);
-    formCells(scan, points, column, level);
+    formCells(points, column, level);
   }
 
   std::uint32_t size() const { return static_cast<std::uint32_t>(level_.size()); }
@@ -159,18 +185,43 @@ class CellGrid {
   std::array<float, 3> point(std::uint32_t sorted) const { return points_[sorted]; }
   /// Place of a point in the list of points.
   std::uint32_t entry(std::uint32_t sorted) const { return entry_[sorted]; }
-  const BoundingBox& box(std::uint32_t cell) const { return box_[cell]; }
+  std::uint32_t columns() const { return columns_.size(); }
+  /// Cells firstOf(column) to firstOf(column + 1) lie in a column.
+  std::uint32_t firstOf(std::uint32_t column) const { return column_begin_[column]; }
 
-  /// Calls visit(a, b) once for each two cells at most `reach` cells apart on every axis.
+  /// Calls visit(a, b) once for each two cells of a column at most `reach` apart.
   template <typename Visit>
-  void forEachPair(int reach, const Visit& visit) const {
-    const auto levels = static_cast<std::uint32_t>(reach);
+  void forEachPairIn(std::uint32_t column, std::uint32_t reach, const Visit& visit) const {
+    const std::uint32_t end = column_begin_[column + 1];
+    for (std::uint32_t a = column_begin_[column]; a < end; ++a) {
+      for (std::uint32_t b = a + 1; b < end && level_[b] <= level_[a] + reach; ++b) visit(a, b);
+    }
+  }
+
+  /// The same of a cell of one column and one of another, until visit() returns true.
+  template <typename Visit>
+  void forEachPairOf(std::uint32_t column, std::uint32_t other, std::uint32_t reach,
+                     const Visit& visit) const {
+    const std::uint32_t end = column_begin_[other + 1];
+    std::uint32_t first = column_begin_[other];
+    for (std::uint32_t a = column_begin_[column]; a < column_begin_[column + 1]; ++a) {
+      while (first < end && level_[first] + reach < level_[a]) ++first;
+      for (std::uint32_t b = first; b < end && level_[b] <= level_[a] + reach; ++b) {
+        if (visit(a, b)) return;
+      }
+    }
+  }
+
+  /// Calls visit(column, other) once for each two columns `from` to `reach` apart on the axis on
+  /// which they are farther apart.
+  template <typename Visit>
+  void forEachTwoColumns(int from, int reach, const Visit& visit) const {
     for (std::uint32_t column = 0; column < columns_.size(); ++column) {
-      visitAbove(column, levels, visit);
       for (int dx = 0; dx <= reach; ++dx) {
         for (int dy = dx == 0 ? 1 : -reach; dy <= reach; ++dy) {
+          if (std::max(dx, std::abs(dy)) < from) continue;
           const std::uint32_t other = columns_.find(columns_.key(column) + packed(dx, dy));
-          if (other != KeyTable::kNone) visitBeside(column, other, levels, visit);
+          if (other != KeyTable::kNone) visit(column, other);
         }
       }
     }
@@ -181,85 +232,68 @@ class CellGrid {
     return (static_cast<std::uint64_t>(x) << 32U) + static_cast<std::uint64_t>(y);
   }
 
-  // Casts round towards zero: only positive numbers are cast.
-  void placePoints(const Scan& scan, const std::vector<std::uint32_t>& points, double per_metre,
-                   std::vector<std::uint32_t>* column, std::vector<std::uint32_t>* level) {
-    constexpr double kHalf = 1 << 20;
-    std::uint64_t last_key = 0;  // of no point: the casts are of numbers above zero
+  void placePoints(const PointLanes& points, double per_metre, std::vector<std::uint32_t>* column,
+                   std::vector<std::uint32_t>* level) {
+    std::array<std::uint32_t, kAtOnce> x, y;
+    std::uint64_t last_key = 0;  // of no point: numbers of cells are above zero
     std::uint32_t last_column = KeyTable::kNone;
-    for (std::size_t k = 0; k < points.size(); ++k) {
-      const auto p = scan.point(points[k]);
-      const std::uint64_t key = packed(static_cast<std::int64_t>(p[0] * per_metre + kHalf),
-                                       static_cast<std::int64_t>(p[1] * per_metre + kHalf));
-      if (key != last_key) last_column = columns_.findOrAdd(key);
-      last_key = key;
-      (*column)[k] = last_column;
-      (*level)[k] = static_cast<std::uint32_t>(p[2] * per_metre + kHalf);
+    for (std::size_t begin = 0; begin < column->size(); begin += kAtOnce) {
+      const std::size_t size = std::min(kAtOnce, column->size() - begin);
+      numberCells(&points.x[begin], size, per_metre, x.data());
+      numberCells(&points.y[begin], size, per_metre, y.data());
+      numberCells(&points.z[begin], size, per_metre, &(*level)[begin]);
+      for (std::size_t k = 0; k < size; ++k) {
+        const std::uint64_t key = packed(x[k], y[k]);
+        if (key != last_key) last_column = columns_.findOrAdd(key);
+        last_key = key;
+        (*column)[begin + k] = last_column;
+      }
     }
   }
 
   void sortPoints(const std::vector<std::uint32_t>& column,
                   const std::vector<std::uint32_t>& level) {
     entry_.resize(column.size());
-    std::iota(entry_.begin(), entry_.end(), 0U);
     if (entry_.empty()) return;
-    const auto [lowest, highest] = std::minmax_element(level.begin(), level.end());
+    const auto [least, most] = std::minmax_element(level.begin(), level.end());
+    const std::uint32_t lowest = *least, levels = *most - *least + 1;
+    const std::uint64_t cells = std::uint64_t{levels} * columns_.size();
+    if (cells <= kMostCellsPerPoint * column.size()) {
+      sortAtOnce(
+          static_cast<std::uint32_t>(cells),
+          [&](std::uint32_t e) { return column[e] * levels + level[e] - lowest; }, &entry_);
+      return;
+    }
+    std::iota(entry_.begin(), entry_.end(), 0U);
     sortEntries(
-        *highest - *lowest, [&, low = *lowest](std::uint32_t e) { return level[e] - low; },
-        &entry_);
+        levels - 1, [&](std::uint32_t e) { return level[e] - lowest; }, &entry_);
     sortEntries(
         columns_.size() - 1, [&](std::uint32_t e) { return column[e]; }, &entry_);
   }
 
-  void formCells(const Scan& scan, const std::vector<std::uint32_t>& points,
-                 const std::vector<std::uint32_t>& column,
+  void formCells(const PointLanes& points, const std::vector<std::uint32_t>& column,
                  const std::vector<std::uint32_t>& level) {
     column_begin_.resize(columns_.size() + 1);
+    std::uint32_t last_column = KeyTable::kNone;
     for (std::uint32_t i = 0; i < entry_.size(); ++i) {
       const std::uint32_t e = entry_[i];
-      const auto point = scan.point(points[e]);
-      points_.put(i, point);
-      const bool in_new_column = i == 0 || column[e] != column[entry_[i - 1]];
+      points_.put(i, points[e]);
+      const bool in_new_column = column[e] != last_column;
       if (in_new_column) column_begin_[column[e]] = size();
+      last_column = column[e];
       if (in_new_column || level[e] != level_.back()) {
         level_.push_back(level[e]);
         begin_.push_back(i);
-        box_.emplace_back();
       }
-      box_.back().add(point);
     }
     column_begin_.back() = size();
     begin_.push_back(static_cast<std::uint32_t>(entry_.size()));
-  }
-
-  template <typename Visit>
-  void visitAbove(std::uint32_t column, std::uint32_t reach, const Visit& visit) const {
-    const std::uint32_t end = column_begin_[column + 1];
-    for (std::uint32_t a = column_begin_[column]; a < end; ++a) {
-      for (std::uint32_t b = a + 1; b < end && level_[b] <= level_[a] + reach; ++b) {
-        visit(a, b);
-      }
-    }
-  }
-
-  template <typename Visit>
-  void visitBeside(std::uint32_t column, std::uint32_t other, std::uint32_t reach,
-                   const Visit& visit) const {
-    const std::uint32_t end = column_begin_[other + 1];
-    std::uint32_t first = column_begin_[other];
-    for (std::uint32_t a = column_begin_[column]; a < column_begin_[column + 1]; ++a) {
-      while (first < end && level_[first] + reach < level_[a]) ++first;
-      for (std::uint32_t b = first; b < end && level_[b] <= level_[a] + reach; ++b) {
-        visit(a, b);
-      }
-    }
   }
 
   KeyTable columns_;
   Recycled<std::uint32_t> column_begin_;  // the first cell, by column
   Recycled<std::uint32_t> level_;         // of a cell in its column
   Recycled<std::uint32_t> begin_;         // the first point, by cell
-  Recycled<BoundingBox> box_;             // by cell
   PointLanes points_;                     // cell by cell
   Recycled<std::uint32_t> entry_;
 };
@@ -277,33 +311,81 @@ bool haveLink(const CellGrid& grid, std::uint32_t a, std::uint32_t b, double squ
 }
 
 /// One tolerance for all, cells so small that whatever shares one is linked: cells are joined, by
-/// the first link found between two that are not yet in one component.
-std::vector<std::uint32_t> componentsOfTightCells(const CellGrid& grid, double tolerance,
-                                                  std::size_t point_count) {
-  const double squared_tolerance = tolerance * tolerance;
-  const Nearness nearness(squared_tolerance);
-  const auto are_linked = [&](std::uint32_t a, std::uint32_t b) {
-    if (grid.box(a).leastSquaredDistance(grid.box(b)) >= squared_tolerance) return false;
-    const std::uint32_t pairs =
-        (grid.begin(a + 1) - grid.begin(a)) * (grid.begin(b + 1) - grid.begin(b));
-    if (pairs < kLanes) return haveLink(grid, a, b, squared_tolerance);
-    const Link link = findLink(grid.points(), grid.begin(a), grid.begin(a + 1), grid.begin(b),
-                               grid.begin(b + 1), nearness);
-    return link == Link::kInDoubt ? haveLink(grid, a, b, squared_tolerance) : link == Link::kSure;
-  };
-  DisjointSets sets(grid.size());
-  grid.forEachPair(2, [&](std::uint32_t a, std::uint32_t b) {
-    if (sets.find(a) != sets.find(b) && are_linked(a, b)) sets.join(b, a);
-  });
-  std::vector<std::uint32_t> component(point_count);
-  for (std::uint32_t cell = 0; cell < grid.size(); ++cell) {
-    const std::uint32_t root = sets.find(cell);
-    for (std::uint32_t i = grid.begin(cell); i < grid.begin(cell + 1); ++i) {
-      component[grid.entry(i)] = root;
+/// the first link found between two that are not yet in one component. Columns that are in one
+/// component from bottom to top are joined as a whole.
+class TightCells {
+ public:
+  TightCells(const CellGrid& grid, double tolerance)
+      : grid_(grid),
+        squared_tolerance_(tolerance * tolerance),
+        nearness_(squared_tolerance_),
+        sets_(grid.size()),
+        is_whole_(grid.columns()) {
+    for (std::uint32_t column = 0; column < grid.columns(); ++column) {
+      grid.forEachPairIn(column, kReach, [&](std::uint32_t a, std::uint32_t b) { join(a, b); });
     }
+    joinColumns(1, 1);  // the nearest first: then most others are in one component
+    joinColumns(2, kReach);
   }
-  return component;
-}
+
+  std::vector<std::uint32_t> components(std::size_t point_count) {
+    std::vector<std::uint32_t> component(point_count);
+    for (std::uint32_t cell = 0; cell < grid_.size(); ++cell) {
+      const std::uint32_t root = sets_.find(cell);
+      for (std::uint32_t i = grid_.begin(cell); i < grid_.begin(cell + 1); ++i) {
+        component[grid_.entry(i)] = root;
+      }
+    }
+    return component;
+  }
+
+ private:
+  static constexpr int kReach = 2;
+
+  /// Returns whether they are in one component.
+  bool join(std::uint32_t a, std::uint32_t b) {
+    if (sets_.find(a) == sets_.find(b)) return true;
+    if (!areLinked(a, b)) return false;
+    sets_.join(b, a);
+    return true;
+  }
+
+  bool areLinked(std::uint32_t a, std::uint32_t b) const {
+    const std::uint32_t pairs =
+        (grid_.begin(a + 1) - grid_.begin(a)) * (grid_.begin(b + 1) - grid_.begin(b));
+    if (pairs < kLanes) return haveLink(grid_, a, b, squared_tolerance_);
+    const Link link = findLink(grid_.points(), grid_.begin(a), grid_.begin(a + 1), grid_.begin(b),
+                               grid_.begin(b + 1), nearness_);
+    return link == Link::kInDoubt ? haveLink(grid_, a, b, squared_tolerance_) : link == Link::kSure;
+  }
+
+  void joinColumns(int from, int reach) {
+    for (std::uint32_t column = 0; column < grid_.columns(); ++column) findWhole(column);
+    grid_.forEachTwoColumns(from, reach, [&](std::uint32_t column, std::uint32_t other) {
+      const bool are_whole = is_whole_[column] != 0 && is_whole_[other] != 0;
+      if (are_whole && sets_.find(grid_.firstOf(column)) == sets_.find(grid_.firstOf(other)))
+        return;
+      grid_.forEachPairOf(column, other, kReach, [&](std::uint32_t a, std::uint32_t b) {
+        return join(a, b) && are_whole;
+      });
+    });
+  }
+
+  void findWhole(std::uint32_t column) {
+    const std::uint32_t first = grid_.firstOf(column), root = sets_.find(first);
+    bool is_whole = true;
+    for (std::uint32_t cell = first + 1; cell < grid_.firstOf(column + 1); ++cell) {
+      is_whole &= sets_.find(cell) == root;
+    }
+    is_whole_[column] = is_whole ? 1 : 0;
+  }
+
+  const CellGrid& grid_;
+  const double squared_tolerance_;
+  const Nearness nearness_;
+  DisjointSets sets_;
+  Recycled<std::uint8_t> is_whole_;  // by column: in one component
+};
 
 /// Cells as wide as the longest link: each point with those of its own cell and the adjacent ones.
 std::vector<std::uint32_t> componentsInWideCells(const WallClusteringParams& params,
@@ -320,18 +402,44 @@ std::vector<std::uint32_t> componentsInWideCells(const WallClusteringParams& par
     }
   };
   for (std::uint32_t cell = 0; cell < grid.size(); ++cell) join(cell, cell);
-  grid.forEachPair(1, join);
+  for (std::uint32_t column = 0; column < grid.columns(); ++column) {
+    grid.forEachPairIn(column, 1, join);
+  }
+  grid.forEachTwoColumns(1, 1, [&](std::uint32_t column, std::uint32_t other) {
+    grid.forEachPairOf(column, other, 1, [&](std::uint32_t a, std::uint32_t b) {
+      join(a, b);
+      return false;
+    });
+  });
   std::vector<std::uint32_t> component(point_count);
   for (std::uint32_t k = 0; k < point_count; ++k) component[k] = sets.find(k);
   return component;
 }
 
-double largestCoordinate(const Scan& scan, const std::vector<std::uint32_t>& points) {
-  float largest = 0.0F;
-  for (const std::uint32_t i : points) {
-    largest = std::max({largest, std::fabs(scan.x[i]), std::fabs(scan.y[i]), std::fabs(scan.z[i])});
+PointLanes selected(const Scan& scan, const std::vector<std::uint32_t>& points) {
+  PointLanes selected(points.size());
+  for (std::size_t k = 0; k < points.size(); ++k) selected.put(k, scan.point(points[k]));
+  return selected;
+}
+
+/// By their bits, which vectors compare at once.
+SMOKE_GROUND_MULTIVERSION
+float largestOf(const float* values, std::size_t size) {
+  std::int32_t largest = 0;
+  for (std::size_t k = 0; k < size; ++k) {
+    std::int32_t bits;
+    std::memcpy(&bits, values + k, sizeof(bits));
+    largest = std::max(largest, bits & std::numeric_limits<std::int32_t>::max());
   }
-  return largest;
+  float value;
+  std::memcpy(&value, &largest, sizeof(value));
+  return value;
+}
+
+double largestCoordinate(const PointLanes& points) {
+  return std::max({largestOf(points.x.data(), points.x.size()),
+                   largestOf(points.y.data(), points.y.size()),
+                   largestOf(points.z.data(), points.z.size())});
 }
 
 double longestLink(const WallClusteringParams& params, const Scan& scan,
@@ -348,16 +456,17 @@ double longestLink(const WallClusteringParams& params, const Scan& scan,
 std::vector<std::uint32_t> findComponentsOnGrid(const WallClusteringParams& params,
                                                 const Scan& scan,
                                                 const std::vector<std::uint32_t>& points) {
-  const double least_edge = largestCoordinate(scan, points) / kMostCells;
+  const PointLanes lanes = selected(scan, points);
+  const double least_edge = largestCoordinate(lanes) / kMostCells;
   // A hair less than the cube whose diagonal is the tolerance, against the rounding into cells.
   const double tight_edge = params.cluster_tolerance / std::sqrt(3.0) * (1.0 - 1e-6);
   if (params.cluster_tolerance_per_range > 0.0 || tight_edge < least_edge) {
     const double wide_edge = longestLink(params, scan, points) * (1.0 + 1e-6);
-    const CellGrid grid(scan, points, std::max(wide_edge, least_edge));
+    const CellGrid grid(lanes, points.size(), std::max(wide_edge, least_edge));
     return componentsInWideCells(params, grid, points.size());
   }
-  const CellGrid grid(scan, points, tight_edge);
-  return componentsOfTightCells(grid, params.cluster_tolerance, points.size());
+  const CellGrid grid(lanes, points.size(), tight_edge);
+  return TightCells(grid, params.cluster_tolerance).components(points.size());
 }
 
 }  // namespace smoke_ground_reconstruction

@@ -275,6 +275,41 @@ TEST(FindComponentsOnGrid, LinksDenseCellsByTheirNearestPoints) {
   EXPECT_EQ(componentsOfHeaps(0.2498F, 0.02, 0.251), 1U);
 }
 
+/// Points 5 cm apart on the wall y = 1, of x from `from_x` to `to_x` and z from `from_z` to `to_z`.
+void addPanel(Cloud* cloud, double from_x, double to_x, double from_z, double to_z) {
+  for (double x = from_x; x < to_x + 0.01; x += 0.05) {
+    for (double z = from_z; z < to_z + 0.01; z += 0.05) cloud->add(x, 1.0, z);
+  }
+}
+
+TEST(FindComponentsOnGrid, JoinsPanelsAboveEachOtherWhereTheyMeetAlone) {
+  Cloud cloud;
+  addPanel(&cloud, 0.0, 3.0, -1.0, -0.5);
+  const std::size_t lower = cloud.size();
+  addPanel(&cloud, 0.0, 3.0, 0.0, 1.0);  // 0.5 m above the other
+  Clusters clusters = cluster(cloud, tolerance(0.2));
+  EXPECT_EQ(std::count(clusters.begin(), clusters.end(), 0U), lower);
+  EXPECT_EQ(std::count(clusters.begin(), clusters.end(), 1U), cloud.size() - lower);
+  addPanel(&cloud, 3.15, 3.3, -1.0, 1.0);  // 0.15 m beside both, whole from bottom to top
+  clusters = cluster(cloud, tolerance(0.2));
+  EXPECT_EQ(std::count(clusters.begin(), clusters.end(), 0U), cloud.size());
+  EXPECT_EQ(cluster(cloud, tolerance(0.14)).back(), 2U);
+}
+
+TEST(FindComponentsOnGrid, IsExactForDenseColumnsWithGaps) {
+  for (const double share : {0.2, 0.5, 0.8}) {  // of the points that are there
+    Cloud cloud;
+    Uniform uniform(13);
+    for (int i = 0; i < 40; ++i) {
+      for (int k = 0; k < 30; ++k) {
+        if (uniform(0.0, 1.0) < share) cloud.add(0.05 * i, 1.0 + 0.02 * (i % 3), 0.1 * k);
+      }
+    }
+    SCOPED_TRACE("share " + std::to_string(share));
+    for (const double metres : {0.11, 0.15, 0.21}) expectExactComponents(tolerance(metres), cloud);
+  }
+}
+
 TEST(FindComponentsOnGrid, IsExactBeyondTheCellsItCanNumber) {  // 2^20 cells of 1 mm are 1049 m
   Cloud cloud;
   for (int i = 0; i < 60; ++i) cloud.add(1040.0 + 0.5 * i, -2e5, 1e6);
