@@ -84,6 +84,8 @@ bool areReturns(const FourFloats& x, const FourFloats& y, const FourFloats& z) {
   return (bits[0] & bits[1]) == std::numeric_limits<std::uint64_t>::max();
 }
 
+constexpr std::size_t kFlags = 2 * kLanes;  // looked at at once
+
 // Of eight bits, the places of those that are set, in order, and their number.
 using Places = std::array<std::array<std::int32_t, kLanes>, 256>;
 constexpr Places placesOfBits() {
@@ -107,15 +109,40 @@ constexpr std::array<std::uint8_t, 256> countsOfBits() {
 }
 constexpr std::array<std::uint8_t, 256> kCounts = countsOfBits();
 
-/// Which of eight flags are as wanted under a mask, one bit each.
+/// Which of kFlags flags are as wanted under a mask, one bit each.
+#if defined(__SSE2__)
+SMOKE_GROUND_PART std::uint32_t whereIn(const std::uint8_t* flags, std::uint8_t mask,
+                                        std::uint8_t wanted) {
+  using Flags = char __attribute__((vector_size(kFlags)));
+  Flags some;
+  std::memcpy(&some, flags, sizeof(some));
+  some = (some & static_cast<char>(mask)) == static_cast<char>(wanted);
+  return static_cast<std::uint32_t>(__builtin_ia32_pmovmskb128(some));
+}
+#else
 SMOKE_GROUND_PART std::uint32_t whereIn(const std::uint8_t* flags, std::uint8_t mask,
                                         std::uint8_t wanted) {
   constexpr std::uint64_t kEach = 0x0101010101010101U, kRest = 0x7F * kEach;
-  std::uint64_t word = 0;
-  std::memcpy(&word, flags, sizeof(word));
-  const std::uint64_t other = (word & mask * kEach) ^ wanted * kEach;
-  const std::uint64_t none_other = ~((((other & kRest) + kRest) | other) | kRest) >> 7;
-  return static_cast<std::uint32_t>(none_other * 0x0102040810204080U >> 56);
+  std::uint32_t bits = 0;
+  for (std::uint32_t begin = 0; begin < kFlags; begin += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, flags + begin, sizeof(word));
+    const std::uint64_t other = (word & mask * kEach) ^ wanted * kEach;
+    const std::uint64_t none_other = ~((((other & kRest) + kRest) | other) | kRest) >> 7;
+    bits |= static_cast<std::uint32_t>(none_other * 0x0102040810204080U >> 56) << begin;
+  }
+  return bits;
+}
+#endif
+
+/// Appends places that some bits tell; returns the list's end.
+SMOKE_GROUND_PART std::uint32_t* putPlaces(std::uint32_t bits, std::size_t first,
+                                           std::uint32_t* end) {
+  Ints places;
+  std::memcpy(&places, &kPlaces[bits], sizeof(places));
+  places += static_cast<std::int32_t>(first);
+  std::memcpy(end, &places, sizeof(places));
+  return end + kCounts[bits];
 }
 
 SMOKE_GROUND_PART std::size_t countWhere(const std::uint8_t* flags, std::size_t size,
@@ -268,14 +295,11 @@ void listWhere(const std::uint8_t* flags, std::size_t size, std::uint8_t mask, s
   if (count == 0) return;
   std::uint32_t* out = list->data();
   std::size_t i = 0;
-  for (; i + kLanes <= size; i += kLanes) {
+  for (; i + kFlags <= size; i += kFlags) {
     const std::uint32_t which = whereIn(in + i, mask, wanted);
     if (which == 0) continue;
-    Ints indices;
-    std::memcpy(&indices, &kPlaces[which], sizeof(indices));
-    indices += static_cast<std::int32_t>(i);
-    std::memcpy(out, &indices, sizeof(indices));
-    out += kCounts[which];
+    out = putPlaces(which & 0xFFU, i, out);
+    out = putPlaces(which >> 8, i + kLanes, out);
   }
   for (; i < size; ++i) {
     *out = static_cast<std::uint32_t>(i);
