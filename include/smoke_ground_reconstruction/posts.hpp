@@ -27,42 +27,34 @@ struct RangeWindow {
   bool isEmpty() const { return lowest > highest; }
 };
 
-/// Where a return is [m]: in the upright frame; over the floor.
-struct WallPlace {
-  float x, y, planar, height;
-};
-
-/// Returns that can be wall, column by column. Each column in the order of the scan and, by `order`
-/// and `key`, by planar range.
+/// Returns that can be wall: column by column, each column by whole millimetres of planar range,
+/// then in the order of the scan.
 struct WallReturns {
-  std::vector<WallPlace> place;
-  std::vector<std::uint32_t> index;         ///< among all returns
+  const UprightReturns* of = nullptr;       ///< all returns
+  std::vector<std::uint32_t> index;         ///< among these
   std::vector<std::uint32_t> column_begin;  ///< of each column, and the end
-  /// Returns by whole millimetres of planar range, then by the order of the scan.
-  std::vector<std::uint32_t> order;
-  /// Of these: column and millimetres in one number, 65536 a column: ranges of two columns lie
-  /// farther apart than anything is near, for walls end at kFarthestWall.
+  /// Column and millimetres in one number, 65536 a column: ranges of two columns lie farther apart
+  /// than anything is near, for walls end at kFarthestWall.
   std::vector<std::uint32_t> key;
 
   std::size_t size() const { return index.size(); }
-  /// The first, by `order`, of a column that may lie in a window of planar range.
+  /// The first of a column that may lie in a window of planar range.
   std::size_t firstIn(std::size_t of_column, const RangeWindow& window) const;
   /// The key of the last that may.
   static std::uint32_t lastKeyIn(std::size_t of_column, const RangeWindow& window);
-  /// Takes the `chosen` returns. O(n).
+  /// Takes the `chosen` of some returns, which must stay. O(n).
   void take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
             std::size_t columns);
 
  private:
-  void divide(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
-              std::size_t columns);
-  void placeEach(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen);
+  void divide(const std::vector<std::uint32_t>& chosen, std::size_t columns);
+  void placeEach(const std::vector<std::uint32_t>& chosen);
   void sort(std::size_t column);
   void rankMany(const std::int16_t* millimetres, std::size_t size);
 
-  std::vector<std::uint32_t> next_;          // by column
-  std::vector<std::int16_t> millimetres_;    // in the order of the scan, less 32768
-  std::vector<std::uint32_t> rank_, order_;  // of those of one column
+  std::vector<std::uint32_t> next_, chosen_;  // by column; returns by their column
+  std::vector<std::int16_t> millimetres_;     // of these, less 32768
+  std::vector<std::uint32_t> rank_, order_;   // of those of one column
 };
 
 /// Farther returns are no wall [m].

@@ -154,9 +154,10 @@ int strongestSlot(const Votes& votes, double* around) {
 
 void WallReturns::take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
                        std::size_t columns) {
-  divide(returns, chosen, columns);
+  of = &returns;
+  divide(chosen, columns);
   key.resize(chosen.size());
-  order.resize(chosen.size());
+  index.resize(chosen.size());
   for (std::size_t c = 0; c < columns; ++c) sort(c);
 }
 
@@ -172,10 +173,9 @@ std::uint32_t WallReturns::lastKeyIn(std::size_t of_column, const RangeWindow& w
 }
 
 /// By column, in order within each. Of many in a row the column is the same, or of none.
-void WallReturns::divide(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,
-                         std::size_t columns) {
+void WallReturns::divide(const std::vector<std::uint32_t>& chosen, std::size_t columns) {
   column_begin.assign(columns + 1, 0);
-  const std::uint16_t* const column_of = returns.column.data();
+  const std::uint16_t* const column_of = of->column.data();
   for (std::size_t k = 0; k < chosen.size();) {
     const std::uint16_t column = column_of[chosen[k]];
     std::uint32_t count = 0;
@@ -186,29 +186,23 @@ void WallReturns::divide(const UprightReturns& returns, const std::vector<std::u
   rank_.resize(most + kRankedAtOnce);
   std::partial_sum(column_begin.begin(), column_begin.end(), column_begin.begin());
   next_.assign(column_begin.begin(), column_begin.end());
-  place.resize(chosen.size());
-  index.resize(chosen.size());
+  chosen_.resize(chosen.size());
   millimetres_.resize(chosen.size() + kRankedAtOnce);
-  placeEach(returns, chosen);
+  placeEach(chosen);
 }
 
 /// Each at the next place of its column.
-void WallReturns::placeEach(const UprightReturns& returns,
-                            const std::vector<std::uint32_t>& chosen) {
-  const std::uint16_t* const column_of = returns.column.data();
-  const float *const x = returns.points->x.data(), *const y = returns.points->y.data();
-  const float *const planar = returns.planar.data(), *const height = returns.height.data();
-  WallPlace* const to_place = place.data();
-  std::uint32_t* const to_index = index.data();
+void WallReturns::placeEach(const std::vector<std::uint32_t>& chosen) {
+  const std::uint16_t* const column_of = of->column.data();
+  const float* const planar = of->planar.data();
+  std::uint32_t* const to_chosen = chosen_.data();
   std::int16_t* const to_millimetres = millimetres_.data();
   for (std::size_t k = 0; k < chosen.size();) {
     const std::uint16_t column = column_of[chosen[k]];
     std::uint32_t at = next_[column];
     for (; k < chosen.size() && column_of[chosen[k]] == column; ++k, ++at) {
-      const std::uint32_t i = chosen[k];
-      const auto millimetres = static_cast<std::int32_t>(planar[i] * 1000.0);
-      to_index[at] = i;
-      to_place[at] = {x[i], y[i], planar[i], height[i]};
+      const auto millimetres = static_cast<std::int32_t>(planar[chosen[k]] * 1000.0);
+      to_chosen[at] = chosen[k];
       to_millimetres[at] = static_cast<std::int16_t>(millimetres - kMiddle);
     }
     next_[column] = at;
@@ -226,10 +220,11 @@ void WallReturns::sort(std::size_t column) {
     rankMany(millimetres, size);
   }
   const auto base = static_cast<std::uint32_t>((column << kColumnShift) + kMiddle);
-  std::uint32_t *const to_key = key.data() + begin, *const to_order = order.data() + begin;
+  const std::uint32_t* const chosen = chosen_.data() + begin;
+  std::uint32_t *const to_key = key.data() + begin, *const to_index = index.data() + begin;
   for (std::uint32_t k = 0; k < size; ++k) {
     to_key[rank[k]] = base + static_cast<std::uint32_t>(std::int32_t{millimetres[k]});
-    to_order[rank[k]] = begin + k;
+    to_index[rank[k]] = chosen[k];
   }
 }
 
@@ -337,15 +332,17 @@ void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::siz
                          Posts* posts) const {
   const std::size_t count = end - begin;
   if (count < kPostPoints) return;
+  const float *const x = returns.of->points->x.data(), *const y = returns.of->points->y.data();
+  const float *const planar = returns.of->planar.data(), *const height = returns.of->height.data();
   float low = kNone, high = -kNone;
-  double x = 0.0, y = 0.0, distance = 0.0;
+  double sum_x = 0.0, sum_y = 0.0, distance = 0.0;
   for (std::size_t k = begin; k < end; ++k) {
-    const WallPlace& place = returns.place[returns.order[dense_[k]]];
-    low = std::min(low, place.height);
-    high = std::max(high, place.height);
-    x += place.x;
-    y += place.y;
-    distance += place.planar;
+    const std::uint32_t i = returns.index[dense_[k]];
+    low = std::min(low, height[i]);
+    high = std::max(high, height[i]);
+    sum_x += x[i];
+    sum_y += y[i];
+    distance += planar[i];
   }
   if (static_cast<double>(high) - static_cast<double>(low) < kPostExtent) return;
   const auto n = static_cast<double>(count);
@@ -354,8 +351,8 @@ void PostFinder::addPost(const WallReturns& returns, std::size_t begin, std::siz
   posts->distance.push_back(distance / n);
   posts->low.push_back(low);
   posts->high.push_back(high);
-  posts->x.push_back(x / n);
-  posts->y.push_back(y / n);
+  posts->x.push_back(sum_x / n);
+  posts->y.push_back(sum_y / n);
 }
 
 double CeilingFinder::find(const UprightReturns& returns, std::size_t columns) {

@@ -50,16 +50,14 @@ constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above
 /// list's end.
 std::uint32_t* listNear(const WallReturns& returns, const Line& line, std::size_t column,
                         const RangeWindow& window, double half, std::uint32_t* end) {
-  const std::uint32_t *const key = returns.key.data(), *const order = returns.order.data();
-  const WallPlace* const places = returns.place.data();
-  const std::uint32_t* const index = returns.index.data();
+  const std::uint32_t *const key = returns.key.data(), *const index = returns.index.data();
+  const float *const x = returns.of->points->x.data(), *const y = returns.of->points->y.data();
   const std::size_t column_end = returns.column_begin[column + 1];
   const std::uint32_t last = WallReturns::lastKeyIn(column, window);
   std::size_t k = returns.firstIn(column, window);
   for (; k < column_end && key[k] <= last; ++k) {
-    const WallPlace& place = places[order[k]];
-    *end = index[order[k]];
-    end += line.distance(place.x, place.y) < half ? 1 : 0;
+    *end = index[k];
+    end += line.distance(x[index[k]], y[index[k]]) < half ? 1 : 0;
   }
   return end;
 }

@@ -404,8 +404,9 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
   around_.assign(columns_, 0);
   low_.assign(columns_, kNowhere);
   high_.assign(columns_, -kNowhere);
-  const std::uint32_t *const key = returns.key.data(), *const order = returns.order.data();
-  const WallPlace* const places = returns.place.data();
+  const std::uint32_t *const key = returns.key.data(), *const index = returns.index.data();
+  const float *const x = returns.of->points->x.data(), *const y = returns.of->points->y.data();
+  const float* const height = returns.of->height.data();
   const Line to = line;
   const double half = half_, around_half = kAround * half_;
   for (std::size_t c = 0; c < columns_; ++c) {
@@ -416,13 +417,13 @@ void WallSupport::countReturns(const WallReturns& returns, const Line& line, std
     float low = kNowhere, high = -kNowhere;
     const std::uint32_t last = WallReturns::lastKeyIn(c, window);
     for (std::size_t k = returns.firstIn(c, window); k < end && key[k] <= last; ++k) {
-      const WallPlace& place = places[order[k]];
-      const double off = to.distance(place.x, place.y);
+      const std::uint32_t i = index[k];
+      const double off = to.distance(x[i], y[i]);
       around += off < around_half ? 1U : 0U;
       if (!(off < half)) continue;
       ++own;
-      low = std::min(low, place.height);
-      high = std::max(high, place.height);
+      low = std::min(low, height[i]);
+      high = std::max(high, height[i]);
     }
     own_[c] = own;
     around_[c] = around;
