@@ -284,20 +284,26 @@ void PostFinder::findDense(const std::vector<std::uint32_t>& key, std::size_t be
   while (around_begin > 0 && key[begin] - key[around_begin - 1] <= around_) --around_begin;
   while (around_end < key.size() && key[around_end] - key[end - 1] <= around_) ++around_end;
   const bool is_all_around = key[around_end - 1] - key[around_begin] <= around_;
+  std::size_t fewest = fewestNear(around_end - around_begin);
   if (is_all_around && key[end - 1] - key[begin] <= 2 * half_) {
-    keepMiddle(key, begin, end, fewestNear(around_end - around_begin));
+    keepMiddle(key, begin, end, fewest);
     return;
   }
-  dense_.clear();
-  std::size_t near_begin = begin, last_around = begin;
+  dense_.resize(end - begin);
+  std::size_t near_begin = begin, last_around = begin, count = 0;
   for (std::size_t i = begin; i < end; ++i) {
     while (key[i] - key[near_begin] > half_) ++near_begin;
-    while (key[i] - key[around_begin] > around_) ++around_begin;
-    while (last_around < around_end && key[last_around] <= key[i] + around_) ++last_around;
+    if (!is_all_around) {
+      while (key[i] - key[around_begin] > around_) ++around_begin;
+      while (last_around < around_end && key[last_around] <= key[i] + around_) ++last_around;
+      fewest = fewestNear(last_around - around_begin);
+    }
     // Enough are near if the last of so many is.
-    const std::size_t last = near_begin + fewestNear(last_around - around_begin) - 1;
-    if (last < end && key[last] <= key[i] + half_) dense_.push_back(static_cast<std::uint32_t>(i));
+    const std::size_t last = near_begin + fewest - 1;
+    dense_[count] = static_cast<std::uint32_t>(i);
+    count += last < end && key[last] <= key[i] + half_ ? 1U : 0U;
   }
+  dense_.resize(count);
 }
 
 /// Where the same lies around all of a stretch, and the nearer half of it near to its ends: between
