@@ -165,7 +165,9 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
   limit.resize(columns);
   for (std::size_t c = 0; c < columns; ++c) {
     const double distance = room.profile().distance[c];
-    const double open_end = std::max(room.seenFloor()[c], room.drops().floor_to[c]);
+    // What stands stands on a floor.
+    const double open_end =
+        std::max({room.seenFloor()[c], room.drops().floor_to[c], room.standing()[c]});
     limit[c] = distance > 0.0 ? std::max(0.0, distance - kAtWall) : open_end;
     limit[c] = std::min(limit[c], room.certainFloor()[c]);
   }

@@ -29,7 +29,8 @@ constexpr double kFeetShare = 0.2;     // of a plane's returns at walls: more th
 constexpr double kUnderPlane = 0.005;  // walls end at the floor: returns so far below a plane [m]
 constexpr double kUnderShare = 0.05;   // are few of those near it where it is one
 constexpr double kPostFoot = 0.06;  // planar range between a post and the returns at its place [m]
-constexpr std::size_t kPostsBeside = 2;  // columns
+constexpr std::size_t kPostsBeside = 2;     // columns
+constexpr std::size_t kStandingBeside = 2;  // columns to either side, into which no doubt reaches
 constexpr double kBelowCeiling = 0.05;
 constexpr double kWallFoot = 0.05;         // returns so near to a wall's line may be its foot [m]
 constexpr double kSoftRange = 1.5;         // smoke's own returns come from nearer [m]
@@ -513,11 +514,13 @@ double Room::flatness() const {
 void Room::findCertainFloor() {
   if (!CertainFloor::isInDoubt(profile_.distance, drops_)) {
     certain_floor_.assign(own_floor_.size(), kInfinity);
+    standing_.assign(own_floor_.size(), 0.0);
     return;
   }
   findRising();
   findStanding();
-  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, standing_, rising_,
+  greatestBeside(standing_, kStandingBeside, &standing_beside_);
+  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, standing_beside_, rising_,
                        &certain_floor_);
 }
 
@@ -532,7 +535,7 @@ void Room::findStanding() {
     low_wall_[c] += std::fabs(beyond) < WallFeet::kOffWall ? 1U : 0U;
     if (profile_.distance[c] == 0.0 || beyond < WallFeet::kOffWall) farthest_.add(c, planar(i));
   }
-  farthest_.find(2, &standing_);
+  farthest_.find(0, &standing_);
 }
 
 /// How far floor is measured that lies clear over the plane.

@@ -92,6 +92,16 @@ def thick_smoke(view):
     return view.select(np.where(is_floor, planar < 1.6, ~gone))
 
 
+def standing_in_smoke(view, heights):
+    """A scan in thick smoke, and returns 2.5, 2.6, ... m away at heights over the floor [m] in
+    column 450 of 0.4 deg: something that stands there, too scattered for a post."""
+    azimuth = np.radians(180.2)
+    planar = 2.5 + 0.1 * np.arange(len(heights))
+    z = np.array(heights) - SENSOR_HEIGHT
+    stands = np.column_stack([planar * np.cos(azimuth), planar * np.sin(azimuth), z])
+    return joined(thick_smoke(view), view_of(stands, 60.0, 20))
+
+
 def smoke_ball(count, seed, radius=0.8):
     """Low-intensity returns thronging around the sensor."""
     rng = np.random.default_rng(seed)

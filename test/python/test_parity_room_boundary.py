@@ -147,6 +147,11 @@ def test_rooms_half_hidden(core):
     assert len(set(np.concatenate([result.profile.kind for result in found]))) > 1
 
 
+def test_what_stands_in_smoke(core):
+    found = assert_parity(core, rooms.standing_in_smoke(box(), [0.2, 0.4, 0.6, 0.3]))
+    assert found.limit[450] > 2.5
+
+
 def test_floor_thinly_measured_behind_a_door(core):
     view = box(noise=0.005, walls=(8.0, 3.0, -3.4, -3.0))
     x, y, z = view.xyz.T

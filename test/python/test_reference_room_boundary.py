@@ -808,6 +808,20 @@ def test_floor_before_a_wall_of_which_no_foot_is_seen_ends_where_nothing_is_know
     assert kinds[wall] == SEEN
 
 
+def test_floor_goes_on_through_smoke_to_what_is_seen_low_down():
+    def limit(*heights):
+        return reconstruct(rooms.standing_in_smoke(room_scan(), heights)).limit[449:452]
+
+    measured = reconstruct(rooms.thick_smoke(room_scan())).limit[449:452]
+    assert 1.3 < measured.max() <= 1.6
+    # The third farthest return tells, in its own column: the next ones may look past it.
+    np.testing.assert_allclose(limit(0.2, 0.4, 0.6), [measured[0], 2.5, measured[2]], atol=1e-6)
+    np.testing.assert_allclose(limit(0.2, 0.4, 0.6, 0.3)[1], 2.6, atol=1e-6)
+    # Two returns are too few, and what is higher than 0.75 m may hang, or stand lower.
+    for others in ((0.2, 0.4), (0.2, 0.4, 0.8), (1.0, 1.2, 1.4)):
+        np.testing.assert_array_equal(limit(*others), measured)
+
+
 def test_smoke_that_may_hide_a_drop_may_hide_a_ramp():
     surface = reconstruct(rooms.thick_smoke(room_scan())).surface
     column = columns_of(surface.xyz) == column_at(60.0)

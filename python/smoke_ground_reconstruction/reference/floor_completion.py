@@ -63,7 +63,8 @@ class DrawnFloor:
 def claim_floor(room):
     """How far the floor of a room is claimed, and which returns are floor."""
     distance = room.profile.distance
-    open_end = np.maximum(room.seen_floor, room.drops.floor_to)
+    # What stands stands on a floor.
+    open_end = np.maximum(np.maximum(room.seen_floor, room.drops.floor_to), room.standing)
     limit = np.where(distance > 0.0, np.maximum(0.0, distance - _AT_WALL), open_end)
     limit = np.minimum(limit, room.certain_floor)
     measured = _measured(room, limit)

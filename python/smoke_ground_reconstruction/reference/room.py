@@ -32,6 +32,7 @@ _UNDER_SHARE = 0.05  # are few of those near it where it is one
 _POSTS_BESIDE = 2  # columns
 _NEAREST_WALL, _FARTHEST_WALL = 0.2, 65.0  # planar range [m]
 _BELOW_CEILING = 0.05
+_STANDING_BESIDE = 2  # columns to either side, into which doubt does not reach
 _WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
 _SOFT_RANGE = 1.5  # smoke's own returns come from nearer [m]
 _FLOOR_RANGE = 2.5  # [m]
@@ -190,8 +191,10 @@ class Room:
             self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
         low_wall = np.bincount(self.column[self._low_on_walls()], minlength=self.columns)
         rises = self.farthest(self.is_low & self._rises(), beside=0) > 0.0
+        self.standing = self._standing()
+        stands = around_columns(self.standing, _STANDING_BESIDE, np.max)
         self.certain_floor = certain_floor(
-            self.own_floor, self.profile.distance, self.drops, low_wall, self._standing(), rises
+            self.own_floor, self.profile.distance, self.drops, low_wall, stands, rises
         )
 
     def _see_floor(self, support):
@@ -345,10 +348,10 @@ class Room:
         return low & ~self.is_soft
 
     def _standing(self):
-        """How far something that stands in the room is seen low down in each column [m]."""
+        """How far something that stands in the room is seen low down in each column alone [m]."""
         distance = self.profile.distance[self.column]
         inside = (distance == 0.0) | (self.planar - distance < wall_feet.OFF_WALL)
-        return self.farthest(self._low_down() & inside)
+        return self.farthest(self._low_down() & inside, beside=0)
 
     def _wall_feet(self):
         distance = self.profile.distance[self.column]
