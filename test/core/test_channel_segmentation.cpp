@@ -263,6 +263,17 @@ TEST(ChannelSegmentation, PairsWithTheLowerIndexOfEquallyNearPoints) {
   }
 }
 
+TEST(ChannelSegmentation, PairsWithThePointThatIsNearerByAHair) {
+  const double farther = std::nextafter(0.125F, 1.0F);
+  for (const bool is_wall_nearer : {true, false}) {
+    Cloud cloud;
+    cloud.add(2.0, 0, 0.0, 0);
+    cloud.add(2.0, 0, is_wall_nearer ? 0.125 : farther, 1);
+    cloud.add(is_wall_nearer ? 2.125 + 2.4e-7 : 2.125, 0, 0.0, 1);
+    EXPECT_EQ(classify(cloud)[0], is_wall_nearer ? kWall : kGround);
+  }
+}
+
 TEST(ChannelSegmentation, JudgesEveryPointOfARingInAColumn) {  // dual returns
   Cloud cloud;
   cloud.add(2.0, 0, -0.7, 0);
