@@ -19,6 +19,7 @@ smoke_ground_add_library(ros
   src/ros/sensor_models.cpp
   src/ros/stage_health.cpp
   src/ros/stage_timing.cpp
+  src/ros/strange_params.cpp
   src/ros/surface_conversions.cpp)
 add_dependencies(${PROJECT_NAME}_ros
   ${PROJECT_NAME}_gencfg ${PROJECT_NAME}_generate_messages_cpp ${catkin_EXPORTED_TARGETS})

@@ -12,8 +12,10 @@
 #include <string>
 #include <type_traits>
 #include <utility>
+#include <vector>
 
 #include "smoke_ground_reconstruction/ros/param_conversions.hpp"
+#include "smoke_ground_reconstruction/ros/strange_params.hpp"
 
 namespace smoke_ground_reconstruction {
 
@@ -32,11 +34,20 @@ class TunableParams {
       : name_(nh.getNamespace()), on_change_(std::move(on_change)), server_(mutex_, nh) {
     server_.setCallback([this](Config& config, std::uint32_t) { onConfig(config); });
     is_ready_ = true;
+    for (const std::string& name : strangeParams(nh, names())) {
+      ROS_WARN("%s: there is no parameter '%s'; it is ignored", name_.c_str(), name.c_str());
+    }
   }
 
   std::shared_ptr<const Params> get() const { return std::atomic_load(&params_); }
 
  private:
+  static std::vector<std::string> names() {
+    std::vector<std::string> names;
+    for (const auto& param : Config::__getParamDescriptions__()) names.push_back(param->name);
+    return names;
+  }
+
   // The server swallows a throw and publishes what is left in `config`, so leave a good set there.
   void onConfig(Config& config) {
     repair(config);

@@ -14,6 +14,7 @@ from smoke_ground_reconstruction.msg import Timing
 from ..ros_messages import describe_fields
 from .fault_log import FaultLog
 from .health import StageHealth
+from .strange_params import strange_params
 from .timing import StageTiming
 
 OUTPUT_QUEUE_SIZE = 2
@@ -45,6 +46,7 @@ class LazyNode(rospy.SubscribeListener):
         self._params_class = params_class
         self.params = params_class()
         self._server = Server(config_class, self._on_config)
+        self._warn_of_strange_params()
         self._timing_pub = rospy.Publisher("~timing", Timing, queue_size=OUTPUT_QUEUE_SIZE)
         threading.Thread(target=self._report, daemon=True).start()
 
@@ -143,6 +145,11 @@ class LazyNode(rospy.SubscribeListener):
         )
 
     # --- parameters and diagnostics ---
+
+    def _warn_of_strange_params(self):
+        tunable = [entry.name for entry in dataclasses.fields(self._params_class)]
+        for name in strange_params(rospy.get_param_names(), rospy.get_name(), tunable):
+            rospy.logwarn(f"{rospy.get_name()}: there is no parameter '{name}'; it is ignored")
 
     def _on_config(self, config, _level):
         self.repair(config)
