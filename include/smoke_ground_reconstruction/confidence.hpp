@@ -38,10 +38,7 @@ class FloorConfidence {
   };
   /// What is left of it for points nearer than `before` [m], which most are, in single precision.
   struct Plain {
-    float constant, end, rim_500;
-    float before;
-
-    float logit(float range) const;
+    float constant, end, rim_500, before;
   };
   /// ... and the way beyond measured floor, of which measured points only have some near drops.
   struct Beyond {
@@ -65,8 +62,13 @@ class FloorConfidence {
   Column ofDrawn(const Column& measured, std::size_t c) const;
   static void tell(const Columns& columns, const std::uint16_t* column, const float* planar,
                    std::size_t size, float* confidence);
+  template <typename Numbers>
+  static Numbers plainLogit(const Numbers& constant, const Numbers& end, const Numbers& rim_500,
+                            const Numbers& range);
+  static bool tellPlain(const Plain* plain, const std::uint16_t* column, const float* planar,
+                        std::size_t count, float* logit);
   static void tellRims(const Columns& columns, const std::uint16_t* column, const float* planar,
-                       std::size_t count, Block* of);
+                       std::size_t rims, Block* of);
 
   Columns measured_, drawn_;
   std::vector<double> seen_, own_post_, post_, bridge_, near_drop_;

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <limits>
 
+#include "lanes.hpp"
 #include "multiversion.hpp"
 
 namespace smoke_ground_reconstruction {
@@ -104,7 +105,6 @@ float logistic(float logit) {
 struct FloorConfidence::Block {
   static constexpr std::size_t kMost = 256;
 
-  std::array<Plain, kMost> plain;
   std::array<float, kMost> logit;
   // Of those near to what ends their column.
   std::array<std::uint32_t, kMost> rim, column;
@@ -209,22 +209,54 @@ SMOKE_GROUND_PART double FloorConfidence::Column::logit(double range) const {
          past * (past_post + kWeights[kPastPostRim100] * near_end);
 }
 
-/// What is left of the model far from all that ends a column.
-SMOKE_GROUND_PART float FloorConfidence::Plain::logit(float range) const {
+/// What is left of the model far from all that ends a column, of one point or of four.
+template <typename Numbers>
+SMOKE_GROUND_PART Numbers FloorConfidence::plainLogit(const Numbers& constant, const Numbers& end,
+                                                      const Numbers& rim_500,
+                                                      const Numbers& range) {
   constexpr auto kFar8 = static_cast<float>(kWeights[kFar] / kFarthestPlanar);
   constexpr auto kRim = static_cast<float>(kWeights[kRim2000]);
   constexpr auto kFarthest = static_cast<float>(kFarthestPlanar);
-  const float margin = end - range;  // > 0
-  const float rest_500 = 1.0F - margin * 2.0F, rest_2000 = 1.0F - margin * 0.5F;
-  const float rims =
-      rim_500 * (rest_500 > 0.0F ? rest_500 : 0.0F) + kRim * (rest_2000 > 0.0F ? rest_2000 : 0.0F);
-  return (constant + rims) + kFar8 * (range < kFarthest ? range : kFarthest);
+  constexpr Numbers kZero = {};
+  const Numbers margin = end - range;  // > 0
+  const Numbers rest_500 = 1.0F - margin * 2.0F, rest_2000 = 1.0F - margin * 0.5F;
+  const Numbers rims = rim_500 * (rest_500 > 0.0F ? rest_500 : kZero) +
+                       kRim * (rest_2000 > 0.0F ? rest_2000 : kZero);
+  return (constant + rims) + kFar8 * (range < kFarthest ? range : kZero + kFarthest);
+}
+
+/// The model of points far from all that ends their columns. Are all of them?
+SMOKE_GROUND_PART bool FloorConfidence::tellPlain(const Plain* plain, const std::uint16_t* column,
+                                                  const float* planar, std::size_t count,
+                                                  float* logit) {
+  FourInts is_near = {};
+  std::size_t i = 0;
+  for (; i + kFour <= count; i += kFour) {
+    std::array<FourFloats, kFour> rows;
+    for (std::size_t k = 0; k < kFour; ++k) {
+      std::memcpy(&rows[k], &plain[column[i + k]], sizeof(rows[k]));
+    }
+    FourFloats range;
+    std::memcpy(&range, planar + i, sizeof(range));
+    const auto [constant, end, rim_500, before] = transposed(rows[0], rows[1], rows[2], rows[3]);
+    const FourFloats four = plainLogit(constant, end, rim_500, range);
+    std::memcpy(logit + i, &four, sizeof(four));
+    is_near |= ~(range < before);
+  }
+  int is_any_near = isNone(is_near) ? 0 : 1;
+  for (; i < count; ++i) {
+    const Plain& of = plain[column[i]];
+    logit[i] = plainLogit(of.constant, of.end, of.rim_500, planar[i]);
+    is_any_near |= planar[i] < of.before ? 0 : 1;
+  }
+  return is_any_near == 0;
 }
 
 SMOKE_GROUND_MULTIVERSION
 void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column, const float* planar,
                            std::size_t size, float* confidence) {
   constexpr auto kFarthest = static_cast<float>(kFarthestBeyond);
+  constexpr std::size_t kAtOnce = 16;
   const Plain* const plain = columns.plain.data();
   const Beyond* const beyond = columns.beyond.data();
   Block block;
@@ -232,15 +264,22 @@ void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column, 
     const std::size_t count = std::min(Block::kMost, size - begin);
     const std::uint16_t* const of = column + begin;
     const float* const range = planar + begin;
-    for (std::size_t i = 0; i < count; ++i) block.plain[i] = plain[of[i]];
-    for (std::size_t i = 0; i < count; ++i) block.logit[i] = block.plain[i].logit(range[i]);
+    std::size_t rims = 0;
+    for (std::size_t i = 0; i < count; i += kAtOnce) {
+      const std::size_t end = std::min(count, i + kAtOnce);
+      if (tellPlain(plain, of + i, range + i, end - i, &block.logit[i])) continue;
+      for (std::size_t k = i; k < end; ++k) {
+        block.rim[rims] = static_cast<std::uint32_t>(k);
+        rims += range[k] < plain[of[k]].before ? 0U : 1U;
+      }
+    }
     for (std::size_t i = 0; i < count && columns.any_beyond; ++i) {
       const Beyond past = beyond[of[i]];
       const float away = range[i] - past.seen;
       const float least = away > 0.0F ? away : 0.0F;
       block.logit[i] += past.weight * (least < kFarthest ? least : kFarthest);
     }
-    tellRims(columns, of, range, count, &block);
+    tellRims(columns, of, range, rims, &block);
     for (std::size_t i = 0; i < count; ++i) confidence[begin + i] = logistic(block.logit[i]);
   }
 }
@@ -248,21 +287,9 @@ void FloorConfidence::tell(const Columns& columns, const std::uint16_t* column, 
 /// The whole model where points lie near to what ends their column.
 SMOKE_GROUND_PART void FloorConfidence::tellRims(const Columns& columns,
                                                  const std::uint16_t* column, const float* planar,
-                                                 std::size_t count, Block* of) {
-  constexpr std::size_t kAtOnce = 16;
+                                                 std::size_t rims, Block* of) {
   const Column* const all = columns.all.data();
   Block& block = *of;
-  std::size_t rims = 0;
-  for (std::size_t begin = 0; begin < count; begin += kAtOnce) {
-    const std::size_t end = std::min(count, begin + kAtOnce);
-    int any = 0;
-    for (std::size_t i = begin; i < end; ++i) any |= planar[i] < block.plain[i].before ? 0 : 1;
-    if (any == 0) continue;
-    for (std::size_t i = begin; i < end; ++i) {
-      block.rim[rims] = static_cast<std::uint32_t>(i);
-      rims += planar[i] < block.plain[i].before ? 0U : 1U;
-    }
-  }
   for (std::size_t k = 0; k < rims; ++k) {
     const std::uint32_t i = block.rim[k];
     block.column[k] = column[i];

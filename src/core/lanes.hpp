@@ -28,6 +28,7 @@ using ManyShorts = std::int16_t __attribute__((vector_size(2 * kManyLanes)));
 /// What SSE and NEON work on at once; of any processor.
 using FourFloats = float __attribute__((vector_size(16)));
 using FourInts = std::int32_t __attribute__((vector_size(16)));
+constexpr std::size_t kFour = 4;
 
 #if defined(__clang__)
 #define SMOKE_GROUND_SHUFFLED(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
@@ -54,12 +55,16 @@ SMOKE_GROUND_PART Floats loadLanes(const float* from) {
   return lanes;
 }
 
-SMOKE_GROUND_PART bool isNone(const Ints& lanes) {
-  std::array<std::uint64_t, kLanes / 2> bits;
+SMOKE_GROUND_PART bool isNone(const FourInts& lanes) {
+  std::array<std::uint64_t, 2> bits;
   std::memcpy(bits.data(), &lanes, sizeof(bits));
-  std::uint64_t any = 0;
-  for (const std::uint64_t part : bits) any |= part;
-  return any == 0;
+  return (bits[0] | bits[1]) == 0;
+}
+
+SMOKE_GROUND_PART bool isNone(const Ints& lanes) {
+  std::array<FourInts, 2> halves;
+  std::memcpy(halves.data(), &lanes, sizeof(halves));
+  return isNone(halves[0] | halves[1]);
 }
 
 /// In two steps, for which processors have instructions.

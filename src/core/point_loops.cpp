@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "lanes.hpp"
+#include "lanes_of_bits.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 #include "packed_view.hpp"
@@ -69,8 +70,6 @@ SMOKE_GROUND_PART Bytes kindsOf(const Floats& planar, const Floats& z, const Flo
       kindWhere(is_above & is_at_ceiling, ReturnKind::kAtCeiling));
 }
 
-constexpr std::size_t kFour = 4;
-
 /// Are all of four points isReturn()?
 bool areReturns(const FourFloats& x, const FourFloats& y, const FourFloats& z) {
   constexpr FourFloats kFarthest = {kFarthestReturn, kFarthestReturn, kFarthestReturn,
@@ -85,29 +84,6 @@ bool areReturns(const FourFloats& x, const FourFloats& y, const FourFloats& z) {
 }
 
 constexpr std::size_t kFlags = 2 * kLanes;  // looked at at once
-
-// Of eight bits, the places of those that are set, in order, and their number.
-using Places = std::array<std::array<std::int32_t, kLanes>, 256>;
-constexpr Places placesOfBits() {
-  Places places{};
-  for (std::size_t bits = 0; bits < places.size(); ++bits) {
-    std::size_t count = 0;
-    for (std::int32_t place = 0; place < 8; ++place) {
-      if ((bits >> place & 1U) != 0) places[bits][count++] = place;
-    }
-  }
-  return places;
-}
-constexpr Places kPlaces = placesOfBits();
-
-constexpr std::array<std::uint8_t, 256> countsOfBits() {
-  std::array<std::uint8_t, 256> counts{};
-  for (std::size_t bits = 1; bits < counts.size(); ++bits) {
-    counts[bits] = static_cast<std::uint8_t>(counts[bits / 2] + bits % 2);
-  }
-  return counts;
-}
-constexpr std::array<std::uint8_t, 256> kCounts = countsOfBits();
 
 /// Which of kFlags flags are as wanted under a mask, one bit each.
 #if defined(__SSE2__)
@@ -134,16 +110,6 @@ SMOKE_GROUND_PART std::uint32_t whereIn(const std::uint8_t* flags, std::uint8_t 
   return bits;
 }
 #endif
-
-/// Appends places that some bits tell; returns the list's end.
-SMOKE_GROUND_PART std::uint32_t* putPlaces(std::uint32_t bits, std::size_t first,
-                                           std::uint32_t* end) {
-  Ints places;
-  std::memcpy(&places, &kPlaces[bits], sizeof(places));
-  places += static_cast<std::int32_t>(first);
-  std::memcpy(end, &places, sizeof(places));
-  return end + kCounts[bits];
-}
 
 SMOKE_GROUND_PART std::size_t countWhere(const std::uint8_t* flags, std::size_t size,
                                          std::uint8_t mask, std::uint8_t wanted) {
