@@ -38,6 +38,8 @@ class CellSet {
   void insert(const float* x, const float* y, std::size_t size);
   /// \param cell  as grid() numbers them; kOutside never is.
   bool contains(std::uint32_t cell) const { return is_in_[cell] != 0; }
+  /// 1 if it is, else 0.
+  std::uint32_t bit(std::uint32_t cell) const { return is_in_[cell]; }
   const CellGrid& grid() const { return grid_; }
 
  private:

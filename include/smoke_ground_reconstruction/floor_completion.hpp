@@ -60,7 +60,7 @@ class FloorCompletion {
                 const Mounting& mounting, const FloorModel& floor, FloorSurface* surface);
 
  private:
-  /// A ring's beams or a column's fill.
+  /// A ring's beams.
   struct Stretch {
     std::vector<float> x, y, z;
     std::vector<double> planar;
@@ -81,9 +81,8 @@ class FloorCompletion {
   };
   /// What single precision tells of many places at once: whether they need be looked at.
   struct Screen {
-    std::vector<float> x, y, slope;    // of beams, padded with such as never meet the floor
-    std::vector<float> reach;          // squares of planar ranges: no claim is as far [m2]
-    std::vector<std::uint32_t> cells;  // CellSet::kAlways where no floor is to be drawn
+    std::vector<float> x, y, slope;  // of beams, padded with such as never meet the floor
+    std::vector<float> reach;        // squares of planar ranges: no claim is as far [m2]
     std::vector<std::uint32_t> chosen;
   };
 
@@ -99,8 +98,8 @@ class FloorCompletion {
   void raise(FloorRelief* relief);
   void drawBeams(const Room& room, const SensorModel& sensor, const Mounting& mounting);
   void drawFill(const Room& room);
-  void fill(const Room& room, std::size_t column, double begin, double spacing, std::size_t first,
-            std::size_t count);
+  void fill(const Room& room, std::size_t column, double begin, double spacing,
+            std::uint32_t count);
   void lookUpClaim(const DropOffs& drops, std::size_t size);
   bool findClaimed(std::size_t size);
   void keep(std::size_t size, std::uint16_t ring);

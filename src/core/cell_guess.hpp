@@ -11,7 +11,8 @@ class CellGuess {
   static constexpr float kDoubt = 3e-4F;  ///< cells: twice what roundings add up to
   static constexpr std::int32_t kUnsure = CellGrid::kOutside;
 
-  explicit CellGuess(const CellGrid& grid) : per_unit_(static_cast<float>(1.0 / grid.size())) {}
+  explicit CellGuess(const CellGrid& grid)
+      : grid_(grid), per_unit_(static_cast<float>(1.0 / grid.size())) {}
 
   /// The cells of places, kUnsure outside and where an edge is no farther than `doubt` [cells].
   SMOKE_GROUND_PART Ints at(const Floats& x, const Floats& y, const Floats& doubt) const {
@@ -20,6 +21,15 @@ class CellGuess {
     const Ints is_sure = isClear(u - __builtin_convertvector(column, Floats), doubt) &
                          isClear(v - __builtin_convertvector(row, Floats), doubt);
     return is_sure ? column * static_cast<std::int32_t>(CellGrid::kAcross) + row : kUnsure + Ints{};
+  }
+  /// The cells of eight places, those that are unsure by the grid.
+  SMOKE_GROUND_PART Ints ofEight(const float* x, const float* y) const {
+    Ints cells = at(loadLanes(x), loadLanes(y), kDoubt + Floats{});
+    if (isNone(cells == kUnsure)) return cells;
+    for (std::uint32_t k = 0; k < kLanes; ++k) {
+      cells[k] = static_cast<std::int32_t>(grid_.cellOf(x[k], y[k]));
+    }
+    return cells;
   }
 
  private:
@@ -34,6 +44,7 @@ class CellGuess {
     return (part > doubt) & (part < 1.0F - doubt);
   }
 
+  CellGrid grid_;
   float per_unit_;
 };
 

@@ -16,17 +16,14 @@ constexpr double kLevelCell = 0.2;  // [m]
 constexpr std::uint16_t kLevelPoints = 3, kFloorPoints = 2;
 constexpr std::uint16_t kMostPoints = 60000;
 
-/// The cells of places, eight at a time, those that single precision does not tell by `grid`.
+/// The cells of places, eight at a time.
 SMOKE_GROUND_MULTIVERSION
 void cellsOfEights(const CellGrid& grid, const float* x, const float* y, std::size_t eights,
                    std::uint32_t* cells) {
   const CellGuess guess(grid);
-  const Floats doubt = CellGuess::kDoubt + Floats{};
   for (std::size_t i = 0; i < eights * kLanes; i += kLanes) {
-    const Ints guessed = guess.at(loadLanes(x + i), loadLanes(y + i), doubt);
-    std::memcpy(cells + i, &guessed, sizeof(guessed));
-    if (isNone(guessed == CellGuess::kUnsure)) continue;
-    for (std::size_t k = i; k < i + kLanes; ++k) cells[k] = grid.cellOf(x[k], y[k]);
+    const Ints eight = guess.ofEight(x + i, y + i);
+    std::memcpy(cells + i, &eight, sizeof(eight));
   }
 }
 

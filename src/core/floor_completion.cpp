@@ -7,6 +7,7 @@
 
 #include "cell_guess.hpp"
 #include "lanes.hpp"
+#include "lanes_of_bits.hpp"
 #include "multiversion.hpp"
 #include "ordered.hpp"
 #include "point_loops.hpp"
@@ -129,13 +130,69 @@ void tangentsOf(const PointArrays& points, double* tangent) {
   }
 }
 
-/// Planar range from which on a column is filled [m]: every 16th from the first step on, those
-/// between them from where their neighbours are farther apart than a step.
-double fillBegin(std::size_t column, double spacing) {
-  int step = 16;
-  while (column % static_cast<std::size_t>(step) != 0) step /= 2;
-  return step == 16 ? spacing : spacing / (2 * step * kColumn);
+/// Places that are looked at together.
+struct EightPlaces {
+  std::array<double, kLanes> planar;
+  std::array<float, kLanes> x, y, z;
+};
+
+/// Which of eight cells are among some, one bit each.
+SMOKE_GROUND_PART std::uint32_t containedIn(const CellSet& cells, const Ints& eight) {
+  std::uint32_t bits = 0;
+  for (std::uint32_t k = kLanes; k-- > 0;) {
+    bits = 2 * bits + cells.bit(static_cast<std::uint32_t>(eight[k]));
+  }
+  return bits;
 }
+
+/// Which of eight numbers lie between two others, one bit each.
+SMOKE_GROUND_PART std::uint32_t between(const std::array<double, kLanes>& eight, double low,
+                                        double high) {
+  std::uint32_t bits = 0;
+  for (std::uint32_t k = 0; k < kLanes; ++k) {
+    bits |= ((eight[k] > low) & (eight[k] < high) ? 1U : 0U) << k;
+  }
+  return bits;
+}
+
+/// Adds those of eight places of a column whose bits are set. There must be room for eight.
+SMOKE_GROUND_PART void addPlaces(const EightPlaces& places, std::uint32_t which,
+                                 std::uint16_t column, std::uint16_t ring, DrawnFloor* drawn) {
+  const Ints lanes = lanesOfBits(which);
+  std::array<float, kLanes> planar;
+  for (std::uint32_t k = 0; k < kLanes; ++k) planar[k] = static_cast<float>(places.planar[k]);
+  const auto put = [lanes, at = drawn->size](const std::array<float, kLanes>& from,
+                                             std::vector<float>* to) {
+    const Floats values = picked(loadLanes(from.data()), lanes);
+    std::memcpy(to->data() + at, &values, sizeof(values));
+  };
+  put(places.x, &drawn->points.x);
+  put(places.y, &drawn->points.y);
+  put(places.z, &drawn->points.z);
+  put(planar, &drawn->planar);
+  std::fill_n(drawn->column.begin() + static_cast<std::ptrdiff_t>(drawn->size), kLanes, column);
+  std::fill_n(drawn->ring.begin() + static_cast<std::ptrdiff_t>(drawn->size), kLanes, ring);
+  drawn->size += countOfBits(which);
+}
+
+/// Planar ranges from which on columns are filled [m]: every 16th from the first step on, those
+/// between them from where their neighbours are farther apart than a step.
+class FillBegins {
+ public:
+  explicit FillBegins(double spacing) {
+    for (std::size_t bit = 0; bit < kBits; ++bit) {
+      begins_[bit] = spacing / (static_cast<double>(2U << bit) * kColumn);
+    }
+    begins_[kBits] = spacing;
+  }
+  double of(std::size_t column) const {
+    return begins_[static_cast<std::size_t>(__builtin_ctzll(column | 1U << kBits))];
+  }
+
+ private:
+  static constexpr std::size_t kBits = 4;
+  std::array<double, kBits + 1> begins_;  // by the lowest bit of a column's number
+};
 
 }  // namespace
 
@@ -313,8 +370,7 @@ void FloorCompletion::layScreen() {
   for (auto* values : {&screen_.x, &screen_.y, &screen_.slope, &screen_.reach}) {
     values->assign(padded, 0.0F);
   }
-  screen_.cells.resize(padded);
-  screen_.chosen.resize(padded);
+  screen_.chosen.resize(padded + kLanes);
   for (std::size_t c = 0; c < columns; ++c) {
     screen_.x[c] = static_cast<float>(beams_.x[c]);
     screen_.y[c] = static_cast<float>(beams_.y[c]);
@@ -338,7 +394,7 @@ std::size_t FloorCompletion::chooseBeams(double tangent) {
   const auto per_square = static_cast<float>(kSlopeError / (std::fabs(height) * grid.size()));
   const float *const beam_x = screen_.x.data(), *const beam_y = screen_.y.data();
   const float *const beam_slope = screen_.slope.data(), *const reach = screen_.reach.data();
-  std::uint32_t* const cells = screen_.cells.data();
+  std::uint32_t* end = screen_.chosen.data();
   for (std::size_t i = 0; i < screen_.x.size(); i += kLanes) {
     const Floats slope = loadLanes(beam_slope + i) + up_slope;
     const Floats along = drop / slope;
@@ -347,18 +403,13 @@ std::size_t FloorCompletion::chooseBeams(double tangent) {
     const Floats square = x * x + y * y;
     const Ints may_be =
         (slope < static_cast<float>(kFlattest + kSlopeError)) & (square < loadLanes(reach + i));
+    if (isNone(may_be)) continue;
     const Ints cell = guess.at(x, y, CellGuess::kDoubt + per_square * square);
     const Ints asked = may_be ? cell : static_cast<std::int32_t>(CellSet::kAlways) + Ints{};
-    std::memcpy(cells + i, &asked, sizeof(asked));
+    const std::uint32_t which = 0xFF & ~containedIn(measured_cells_, asked);
+    end = putPlaces(which, i, end);
   }
-  std::size_t count = 0;
-  std::uint32_t* const chosen = screen_.chosen.data();
-  for (std::uint32_t c = 0, columns = static_cast<std::uint32_t>(beams_.x.size()); c < columns;
-       ++c) {
-    chosen[count] = c;
-    count += measured_cells_.contains(cells[c]) ? 0U : 1U;
-  }
-  return count;
+  return static_cast<std::size_t>(end - screen_.chosen.data());
 }
 
 /// Cuts the chosen beams of a ring with the floor's plane; those that never meet it end at
@@ -386,52 +437,54 @@ void FloorCompletion::cutBeams(double tangent, std::size_t count) {
   }
 }
 
-/// Floor between the rings and up to the boundary. Columns are left out near the sensor, where they
-/// lie closer than need be.
-void FloorCompletion::drawFill(const Room& room) {
-  constexpr std::size_t kStretch = 1024;  // points that are looked at together
-  const double spacing = kFill * room.params().cell_size;
-  std::size_t size = 0;
-  for (std::size_t c = 0; c < directions_.count(); ++c) {
-    if (!(claim_.limit[c] > 0.0)) continue;
-    const double begin = fillBegin(c, spacing);
-    const double steps = std::max(0.0, std::ceil((claim_.limit[c] - begin) / spacing));
-    const auto count = static_cast<std::size_t>(steps) + 1;
-    stretch_.reserve(size + count);
-    fill(room, c, begin, spacing, size, count);
-    size += count;
-    if (size < kStretch) continue;
-    keep(size, DrawnFloor::kNoRing);
-    size = 0;
-  }
-  keep(size, DrawnFloor::kNoRing);
-}
-
-/// Evenly spaced places of a column up to its limit, the first of which is number `first` of the
-/// stretch.
+/// Evenly spaced places of a column up to its limit, as far as they lie on claimed floor that was
+/// not measured.
 SMOKE_GROUND_MULTIVERSION
 void FloorCompletion::fill(const Room& room, std::size_t column, double begin, double spacing,
-                           std::size_t first, std::size_t count) {
+                           std::uint32_t count) {
   const auto [cosine, sine] = directions_.middle[column];
   const double limit = claim_.limit[column];
   const double drop_begin = room.drops().begin[column], drop_end = room.drops().end[column];
   const auto [a, b, c] = room.plane();
-  Stretch& to = stretch_;
-  double* const planar = to.planar.data() + first;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double step = begin + static_cast<double>(static_cast<int>(k)) * spacing;
-    planar[k] = step < limit ? step : limit;
+  const CellGuess guess(measured_cells_.grid());
+  constexpr std::array<double, kLanes> kNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
+  const double last = count - 1;
+  const bool has_drop = drop_begin < limit;
+  drawn_.reserveMore(count + kLanes);
+  for (std::uint32_t first = 0; first < count; first += kLanes) {
+    EightPlaces at;
+    for (std::uint32_t k = 0; k < kLanes; ++k) {
+      const double number = static_cast<double>(first) + kNumbers[k];
+      const double step = begin + number * spacing;
+      const double within = step < limit ? step : limit;
+      at.planar[k] = number < last ? within : limit;
+    }
+    for (std::uint32_t k = 0; k < kLanes; ++k) {
+      const double x = at.planar[k] * cosine;
+      const double y = at.planar[k] * sine;
+      at.x[k] = static_cast<float>(x);
+      at.y[k] = static_cast<float>(y);
+      at.z[k] = static_cast<float>((a * x + b * y) + c);
+    }
+    const std::uint32_t rest = count - first;
+    std::uint32_t which = rest < kLanes ? (1U << rest) - 1 : (1U << kLanes) - 1;
+    which &= ~containedIn(measured_cells_, guess.ofEight(at.x.data(), at.y.data()));
+    if (has_drop) which &= ~between(at.planar, drop_begin, drop_end);
+    addPlaces(at, which, static_cast<std::uint16_t>(column), DrawnFloor::kNoRing, &drawn_);
   }
-  planar[count - 1] = limit;
-  for (std::size_t k = 0; k < count; ++k) {
-    const double x = planar[k] * cosine;
-    const double y = planar[k] * sine;
-    to.x[first + k] = static_cast<float>(x);
-    to.y[first + k] = static_cast<float>(y);
-    to.z[first + k] = static_cast<float>((a * x + b * y) + c);
-    to.column[first + k] = static_cast<std::uint32_t>(column);
-    const bool is_hidden = (planar[k] > drop_begin) & (planar[k] < drop_end);
-    to.is_claimed[first + k] = is_hidden ? 0 : 1;
+}
+
+/// Floor between the rings and up to the boundary. Columns are left out near the sensor, where they
+/// lie closer than need be.
+SMOKE_GROUND_MULTIVERSION
+void FloorCompletion::drawFill(const Room& room) {
+  const double spacing = kFill * room.params().cell_size;
+  const FillBegins begins(spacing);
+  for (std::size_t c = 0; c < directions_.count(); ++c) {
+    if (!(claim_.limit[c] > 0.0)) continue;
+    const double begin = begins.of(c);
+    const double steps = std::max(0.0, std::ceil((claim_.limit[c] - begin) / spacing));
+    fill(room, c, begin, spacing, static_cast<std::uint32_t>(steps) + 1);
   }
 }
 
