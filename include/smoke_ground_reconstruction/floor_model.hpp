@@ -11,8 +11,6 @@
 
 namespace smoke_ground_reconstruction {
 
-class Sample;
-
 /// Points in one frame [m], structure of arrays.
 struct Points {
   std::vector<float> x, y, z;
@@ -65,11 +63,19 @@ class FloorFitter {
  private:
   struct Plane {
     double a, b, c;
+
+    /// The farthest that one of its numbers lies from another's, of slopes over 5 m [m].
+    double awayFrom(const Plane& other) const {
+      const double tilt = std::max(std::fabs(a - other.a), std::fabs(b - other.b));
+      return std::max(kNear * tilt, std::fabs(c - other.c));
+    }
+    static constexpr double kNear = 5.0;
   };
   struct Tilts {
-    int first, last;  // [deg]
+    int first, last, step;  // [deg]
 
-    Tilts beside(int tilt) const { return {std::max(first, tilt - 1), std::min(last, tilt + 1)}; }
+    std::size_t count() const { return static_cast<std::size_t>((last - first) / step + 1); }
+    int operator[](std::size_t k) const { return first + static_cast<int>(k) * step; }
   };
   struct Tilt {
     int x, y;  // [deg]
@@ -93,39 +99,40 @@ class FloorFitter {
   static constexpr std::size_t kMostSlots = 100;  // of heights that are voted for
 
   void collectLow(const Points& returns, double sensor_height);
-  Plane coarse(const Points& returns, double sensor_height);
-  void castVotes(const Points& returns, double sensor_height);
-  template <typename Number>
-  void countInCells(Number* together);
+  void takeSome(const Points& returns, std::size_t fewest);
+  void countTogether();
+  Plane coarse(double sensor_height);
+  void castVotes(double sensor_height);
   Tilt strongestTilt(const Votes& votes, const Tilts& along_x, const Tilts& along_y);
   void countVotes(const Votes& votes, float slope_x, const Tilts& along_y);
   int mostVotes(std::size_t tilt, int* slot) const;
   std::size_t slots() const;
   bool refineSome(const Points& returns, const Plane& plane, double sensor_height,
                   FloorModel* found);
-  bool refine(const Points& returns, const Sample& sample, Plane plane, double sensor_height,
-              FloorModel* found);
-  void keepNear(const Points& returns, const Sample& sample, const Plane& plane);
-  void countTogether();
+  bool refine(Plane plane, double sensor_height, FloorModel* found);
+  void keepNear(const Plane& plane);
   void fitNearer(const Points& returns, double sensor_height, FloorModel* found);
   void residuals(const Plane& plane);
   Step reweighted(double sensor_height);
+  void findSteps();
   void tellNoise(double* noise, double* uneven);
   double width(double total) const;
   double totalWeight() const;
 
   RoomBoundaryParams params_;
-  std::vector<std::uint8_t> is_low_;      // per return
-  std::vector<std::uint32_t> low_;        // returns
-  std::vector<double> x_, y_, z_, sine_;  // of those that are fitted
+  std::vector<std::uint8_t> is_low_;           // per return
+  std::vector<std::uint32_t> low_;             // returns
+  Points some_;                                // of these, that stand for all
+  std::vector<std::uint32_t> cell_, in_cell_;  // and of each the cell, and how many share it
+  std::vector<double> x_, y_, z_, sine_;       // of those that are fitted
   std::vector<double> residual_, scale_, variance_, weight_;
-  std::vector<double> together_;  // returns that share each one's cell
-  std::size_t count_ = 0;         // the rest is padding
+  std::vector<std::int32_t> sine_step_, length_step_;  // of histograms
+  std::vector<double> together_;                       // returns that share each one's cell
+  std::size_t count_ = 0;                              // the rest is padding
   Votes votes_, first_votes_;
   std::vector<double> squares_;                                       // of planar ranges
   std::array<std::array<int, kMostSlots + 3>, kMostTilts> counts_{};  // by tilt along y and slot
   std::vector<std::uint32_t> cell_count_;
-  std::vector<std::uint32_t> cell_;  // of each vote or return that is fitted
 };
 
 }  // namespace smoke_ground_reconstruction

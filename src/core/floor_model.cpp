@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <numeric>
 
 #include "lanes.hpp"
@@ -14,11 +16,12 @@ namespace smoke_ground_reconstruction {
 
 namespace {
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr float kNearest = 0.3F;  // planar range of the returns that vote [m]
 constexpr float kFarthest = 15.0F;
-constexpr std::size_t kVotes = 1500;  // returns, at least, that take part in the search of the tilt
-constexpr std::size_t kFirstVotes = 200;  // ... in that among all tilts
-constexpr std::size_t kFitted = 2500;     // ... in the fit
+constexpr std::size_t kFitted = 2500;     // returns, at least, that stand for all low ones
+constexpr std::size_t kFirstVotes = 200;  // ... of these, in the search among all tilts
+constexpr int kTiltStep = 2;              // [deg]
 constexpr float kSlotsPerMetre = 100.0F;  // of heights that are voted for
 constexpr double kVote = 1024.0;          // a cell with one return
 constexpr double kCell = 0.1;             // each cell of the floor has about one vote [m]
@@ -27,7 +30,8 @@ constexpr double kPriorSlope = 0.0524;  // one sigma of the prior: 3 deg
 constexpr double kPriorHeight = 0.05;
 constexpr double kTaken = 0.25;  // residuals from the winner of the votes that the fit looks at [m]
 constexpr std::array<double, 3> kScales = {0.05, 0.03, 0.02};
-constexpr int kSteps = 4;          // of reweighting by the noise
+constexpr int kSteps = 4;          // of reweighting by the noise, at most
+constexpr double kStill = 2e-4;    // ... and none once the plane moves less [m]
 constexpr double kTukey = 3.0;     // residuals beyond so many scales have no weight
 constexpr double kUneven = 0.003;  // no floor is flatter, one sigma [m]
 constexpr double kRough = 0.01;    // a floor more uneven may be two of different heights [m]
@@ -38,6 +42,11 @@ constexpr double kSines = 1024.0, kLengths = 20000.0;    // steps in which media
 constexpr double kFewest = 50.0;                         // returns that make a plane
 constexpr double kNarrowest = 0.6;  // and the length they must span across, two sigma [m]
 constexpr std::size_t kSumLanes = OrderedSum::kLanes;
+
+/// As OrderedSum has it.
+SMOKE_GROUND_PART double sumOf(const FourDoubles& lanes) {
+  return (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]);
+}
 
 // Rounded, for libraries that differ in the last bit. Not inline: where GCC 12 makes a vector of
 // two slopes, it loses the rounding.
@@ -52,42 +61,38 @@ std::uint32_t cellOf(double x, double y) {
   return static_cast<std::uint32_t>(column * kCellsAcross + row);
 }
 
-template <typename Number>
-SMOKE_GROUND_MULTIVERSION void cellsOf(const Number* x, const Number* y, std::size_t size,
-                                       std::uint32_t* cell) {
+SMOKE_GROUND_MULTIVERSION
+void cellsOf(const float* x, const float* y, std::size_t size, std::uint32_t* cell) {
   for (std::size_t k = 0; k < size; ++k) cell[k] = cellOf(x[k], y[k]);
 }
 
 /// From the number of votes in each one's cell to its weight.
 SMOKE_GROUND_MULTIVERSION
-void weigh(int* votes, std::size_t size) {
+void weigh(const std::uint32_t* votes, std::size_t size, int* weight) {
   for (std::size_t k = 0; k < size; ++k) {
-    votes[k] = floorToInt(kVote / std::sqrt(static_cast<double>(votes[k])) + 0.5);
+    const auto in_cell = static_cast<double>(static_cast<std::int32_t>(votes[k]));
+    weight[k] = floorToInt(kVote / std::sqrt(in_cell) + 0.5);
   }
 }
 
 /// Counts of values >= 0 in steps, and their median.
 class Histogram {
  public:
-  explicit Histogram(double per_unit) : per_unit_(per_unit) {}
+  static constexpr int kSteps = 1202;  // sines up to 1, lengths up to 0.06 m; the rest in the last
+  static constexpr int kNone = kSteps;
 
-  void add(double value) {
-    const int slot = std::min(static_cast<int>(value * per_unit_), static_cast<int>(kSize) - 1);
-    ++counts_[static_cast<std::uint32_t>(slot)];
-  }
-  std::uint32_t total() const { return std::accumulate(counts_.begin(), counts_.end(), 0U); }
-  double median() const {
+  void add(std::int32_t step) { ++counts_[static_cast<std::uint32_t>(step)]; }
+  std::uint32_t total() const { return std::accumulate(counts_.begin(), counts_.end() - 1, 0U); }
+  double median(double per_unit) const {
     const std::uint32_t half = (total() - 1) / 2;
     std::uint32_t below = 0;
-    std::size_t slot = 0;
-    while ((below += counts_[slot]) <= half) ++slot;
-    return (static_cast<double>(slot) + 0.5) / per_unit_;
+    std::size_t step = 0;
+    while ((below += counts_[step]) <= half) ++step;
+    return (static_cast<double>(step) + 0.5) / per_unit;
   }
 
  private:
-  static constexpr std::size_t kSize = 1202;  // sines up to 1, lengths up to 0.06 m
-  double per_unit_;
-  std::array<std::uint32_t, kSize> counts_{};
+  std::array<std::uint32_t, kSteps + 1> counts_{};
 };
 
 /// Which returns lie so near to the mounting height that they may be floor.
@@ -148,9 +153,10 @@ FloorModel FloorFitter::fit(const Points& returns, double sensor_height, const F
                             const RoomBoundaryParams& params) {
   params_ = params;
   collectLow(returns, sensor_height);
+  takeSome(returns, kFitted);
   FloorModel found;
   if (static_cast<double>(low_.size()) >= kFewest &&
-      refineSome(returns, coarse(returns, sensor_height), sensor_height, &found)) {
+      refineSome(returns, coarse(sensor_height), sensor_height, &found)) {
     if (found.uneven > kRough) fitNearer(returns, sensor_height, &found);
     return found;
   }
@@ -165,18 +171,43 @@ void FloorFitter::collectLow(const Points& returns, double sensor_height) {
   listWhere(is_low_, 1, 1, &low_);
 }
 
+/// Takes some of the low returns together.
+void FloorFitter::takeSome(const Points& returns, std::size_t fewest) {
+  const Sample sample(low_.size(), fewest);
+  for (auto* values : {&some_.x, &some_.y, &some_.z}) values->resize(sample.size());
+  for (std::size_t k = 0; k < sample.size(); ++k) {
+    const std::uint32_t i = low_[sample[k]];
+    some_.x[k] = returns.x[i];
+    some_.y[k] = returns.y[i];
+    some_.z[k] = returns.z[i];
+  }
+  countTogether();
+}
+
+/// How many of some returns share each one's cell: its height above the plane is common to them.
+void FloorFitter::countTogether() {
+  for (auto* values : {&cell_, &in_cell_}) values->resize(some_.size());
+  cellsOf(some_.x.data(), some_.y.data(), some_.size(), cell_.data());
+  cell_count_.resize(static_cast<std::size_t>(kCellsAcross * kCellsAcross), 0);
+  for (const std::uint32_t cell : cell_) ++cell_count_[cell];
+  for (std::size_t k = 0; k < cell_.size(); ++k) in_cell_[k] = cell_count_[cell_[k]];
+  for (const std::uint32_t cell : cell_) cell_count_[cell] = 0;
+}
+
 /// Tilt and height that most cells of the floor vote for. Some of the votes tell which tilt about,
 /// all of them which of those beside it.
-FloorFitter::Plane FloorFitter::coarse(const Points& returns, double sensor_height) {
-  castVotes(returns, sensor_height);
+FloorFitter::Plane FloorFitter::coarse(double sensor_height) {
+  castVotes(sensor_height);
   const Sample sample(votes_.size(), kFirstVotes);
   first_votes_.resize(sample.size());
   for (std::size_t k = 0; k < sample.size(); ++k) first_votes_.take(k, votes_, sample[k]);
-  const Tilts any = {-params_.max_floor_tilt_deg, params_.max_floor_tilt_deg};
-  Tilt tilt = strongestTilt(first_votes_, any, any);
-  if (first_votes_.size() < votes_.size()) {
-    tilt = strongestTilt(votes_, any.beside(tilt.x), any.beside(tilt.y));
-  }
+  const int steepest = params_.max_floor_tilt_deg, even = steepest / kTiltStep * kTiltStep;
+  const Tilts about = {-even, even, kTiltStep};
+  Tilt tilt = strongestTilt(first_votes_, about, about);
+  const auto beside = [steepest](int degrees) {
+    return Tilts{std::max(-steepest, degrees - 1), std::min(steepest, degrees + 1), 1};
+  };
+  tilt = strongestTilt(votes_, beside(tilt.x), beside(tilt.y));
   const double lowest = -sensor_height - params_.max_height_deviation;
   return {slopeOf(tilt.x), slopeOf(tilt.y), lowest + (tilt.slot + 0.5) / kSlotsPerMetre};
 }
@@ -186,13 +217,13 @@ FloorFitter::Tilt FloorFitter::strongestTilt(const Votes& votes, const Tilts& al
                                              const Tilts& along_y) {
   std::int64_t best = -1;
   Tilt strongest{};
-  for (int x = along_x.first; x <= along_x.last; ++x) {
+  for (int x = along_x.first; x <= along_x.last; x += along_x.step) {
     countVotes(votes, static_cast<float>(slopeOf(x)), along_y);
-    for (int y = along_y.first; y <= along_y.last; ++y) {
+    for (std::size_t k = 0; k < along_y.count(); ++k) {
+      const int y = along_y[k];
       int slot = 0;
       const std::int64_t steepness = std::abs(x) + std::abs(y);
-      const std::int64_t most =
-          mostVotes(static_cast<std::size_t>(y - along_y.first), &slot) * (500 - steepness);
+      const std::int64_t most = mostVotes(k, &slot) * (500 - steepness);
       if (most <= best) continue;
       best = most;
       strongest = {x, y, slot};
@@ -214,31 +245,16 @@ void FloorFitter::Votes::take(std::size_t place, const Votes& from, std::size_t 
 }
 
 /// Each cell of the floor has about one vote.
-void FloorFitter::castVotes(const Points& returns, double sensor_height) {
-  const Sample sample(low_.size(), kVotes);
-  votes_.resize(sample.size());
-  for (std::size_t k = 0; k < sample.size(); ++k) {
-    const std::uint32_t i = low_[sample[k]];
-    votes_.x[k] = returns.x[i];
-    votes_.y[k] = returns.y[i];
-    votes_.over_lowest[k] = (returns.z[i] + static_cast<float>(sensor_height)) +
-                            static_cast<float>(params_.max_height_deviation);
+void FloorFitter::castVotes(double sensor_height) {
+  const auto height = static_cast<float>(sensor_height);
+  const auto deviation = static_cast<float>(params_.max_height_deviation);
+  votes_.resize(some_.size());
+  votes_.x = some_.x;
+  votes_.y = some_.y;
+  for (std::size_t k = 0; k < some_.size(); ++k) {
+    votes_.over_lowest[k] = (some_.z[k] + height) + deviation;
   }
-  cell_.resize(sample.size());
-  cellsOf(votes_.x.data(), votes_.y.data(), sample.size(), cell_.data());
-  countInCells(votes_.weight.data());
-  weigh(votes_.weight.data(), votes_.size());
-}
-
-/// How many share each one's cell.
-template <typename Number>
-void FloorFitter::countInCells(Number* together) {
-  cell_count_.resize(static_cast<std::size_t>(kCellsAcross * kCellsAcross), 0);
-  for (const std::uint32_t cell : cell_) ++cell_count_[cell];
-  for (std::size_t k = 0; k < cell_.size(); ++k) {
-    together[k] = static_cast<Number>(cell_count_[cell_[k]]);
-  }
-  for (const std::uint32_t cell : cell_) cell_count_[cell] = 0;
+  weigh(in_cell_.data(), votes_.size(), votes_.weight.data());
 }
 
 /// Slots of height that are voted for.
@@ -250,22 +266,20 @@ std::size_t FloorFitter::slots() const {
 /// slots are 10 mm high.
 SMOKE_GROUND_MULTIVERSION
 void FloorFitter::countVotes(const Votes& votes, float slope_x, const Tilts& along_y) {
-  const auto tilts = static_cast<std::size_t>(along_y.last - along_y.first + 1);
+  const std::size_t tilts = along_y.count();
   std::array<float, kMostTilts> slopes{};
-  for (std::size_t k = 0; k < tilts; ++k) {
-    slopes[k] = static_cast<float>(slopeOf(static_cast<int>(k) + along_y.first));
-  }
-  const std::size_t padded = (tilts + kLanes - 1) / kLanes * kLanes;
-  for (std::size_t k = 0; k < padded; ++k) std::fill_n(counts_[k].begin(), slots() + 3, 0);
+  for (std::size_t k = 0; k < tilts; ++k) slopes[k] = static_cast<float>(slopeOf(along_y[k]));
+  for (std::size_t k = 0; k < tilts; ++k) std::fill_n(counts_[k].begin(), slots() + 3, 0);
   const auto highest = static_cast<float>(slots());
   const Floats nowhere = Floats{} + (highest + 1.0F);
   for (std::size_t n = 0; n < votes.size(); ++n) {
     const float turned = votes.over_lowest[n] - slope_x * votes.x[n];
-    for (std::size_t first = 0; first < padded; first += kLanes) {
+    for (std::size_t first = 0; first < tilts; first += kLanes) {
       const Floats at = (turned - loadLanes(&slopes[first]) * votes.y[n]) * kSlotsPerMetre;
       const Ints is_inside = (at >= 0.0F) & (at < highest);
       const Ints slot = __builtin_convertvector(is_inside ? at : nowhere, Ints) + 1;
-      for (std::size_t k = 0; k < kLanes; ++k) counts_[first + k][slot[k]] += votes.weight[n];
+      const std::size_t some = std::min<std::size_t>(kLanes, tilts - first);
+      for (std::size_t k = 0; k < some; ++k) counts_[first + k][slot[k]] += votes.weight[n];
     }
   }
 }
@@ -283,22 +297,21 @@ int FloorFitter::mostVotes(std::size_t tilt, int* slot) const {
   return most;
 }
 
-/// Refines a plane on some of the low returns; what is too little among them may be enough among
-/// all.
+/// Refines a plane on some of the low returns, which are taken; what is too little among them may
+/// be enough among all.
 bool FloorFitter::refineSome(const Points& returns, const Plane& plane, double sensor_height,
                              FloorModel* found) {
-  const Sample some(low_.size(), kFitted), all(low_.size(), low_.size());
-  if (refine(returns, some, plane, sensor_height, found)) return true;
-  return some.size() < all.size() && refine(returns, all, plane, sensor_height, found);
+  if (refine(plane, sensor_height, found)) return true;
+  if (some_.size() == low_.size()) return false;
+  takeSome(returns, low_.size());
+  return refine(plane, sensor_height, found);
 }
 
 /// Tukey's reweighted least squares on some of the low returns; false where too little floor is
 /// left.
 SMOKE_GROUND_MULTIVERSION
-bool FloorFitter::refine(const Points& returns, const Sample& sample, Plane plane,
-                         double sensor_height, FloorModel* found) {
-  keepNear(returns, sample, plane);
-  countTogether();
+bool FloorFitter::refine(Plane plane, double sensor_height, FloorModel* found) {
+  keepNear(plane);
   for (const double scale : kScales) {
     std::fill(scale_.begin(), scale_.end(), scale);
     for (std::size_t k = 0; k < scale_.size(); ++k) variance_[k] = scale * scale * together_[k];
@@ -306,7 +319,8 @@ bool FloorFitter::refine(const Points& returns, const Sample& sample, Plane plan
     plane = reweighted(sensor_height).plane;
   }
   Step step{};
-  for (int i = 0; i < kSteps; ++i) {
+  double moved = kInfinity;
+  for (int i = 0; i < kSteps && !(moved < kStill); ++i) {
     residuals(plane);
     tellNoise(&found->noise, &found->uneven);
     for (std::size_t k = 0; k < scale_.size(); ++k) {
@@ -316,6 +330,7 @@ bool FloorFitter::refine(const Points& returns, const Sample& sample, Plane plan
       variance_[k] = lift * lift + uneven * together_[k];
     }
     step = reweighted(sensor_height);
+    moved = step.plane.awayFrom(plane);
     plane = step.plane;
   }
   found->weight = totalWeight();
@@ -343,6 +358,7 @@ void FloorFitter::fitNearer(const Points& returns, double sensor_height, FloorMo
   std::nth_element(squares_.begin(), middle, squares_.end());
   const auto is_far = [&](std::uint32_t i) { return square(i) > *middle; };
   low_.erase(std::remove_if(low_.begin(), low_.end(), is_far), low_.end());
+  takeSome(returns, kFitted);
   FloorModel nearer;
   const Plane plane = {found->plane[0], found->plane[1], found->plane[2]};
   if (!refineSome(returns, plane, sensor_height, &nearer)) return;
@@ -350,35 +366,30 @@ void FloorFitter::fitNearer(const Points& returns, double sensor_height, FloorMo
 }
 
 /// Takes what lies near to a plane, padded to whole lanes by what no weight falls on.
-void FloorFitter::keepNear(const Points& returns, const Sample& sample, const Plane& plane) {
-  for (auto* values : {&x_, &y_, &z_}) values->resize(sample.size() + kSumLanes);
-  count_ = 0;
-  for (std::size_t k = 0; k < sample.size(); ++k) {
-    const std::uint32_t i = low_[sample[k]];
-    const double x = x_[count_] = returns.x[i];
-    const double y = y_[count_] = returns.y[i];
-    const double z = z_[count_] = returns.z[i];
+SMOKE_GROUND_MULTIVERSION
+void FloorFitter::keepNear(const Plane& plane) {
+  for (auto* values : {&x_, &y_, &z_, &together_}) values->resize(some_.size() + kSumLanes);
+  std::size_t count = 0;
+  for (std::size_t k = 0; k < some_.size(); ++k) {
+    const double x = x_[count] = some_.x[k];
+    const double y = y_[count] = some_.y[k];
+    const double z = z_[count] = some_.z[k];
+    together_[count] = in_cell_[k];
     const double residual = z - ((plane.a * x + plane.b * y) + plane.c);
-    count_ += std::fabs(residual) < kTaken ? 1U : 0U;
+    count += std::fabs(residual) < kTaken ? 1U : 0U;
   }
+  count_ = count;
   const std::size_t padded = (count_ + kSumLanes - 1) / kSumLanes * kSumLanes;
-  for (auto* values : {&x_, &y_, &z_}) values->resize(padded);
+  for (auto* values : {&x_, &y_, &z_, &together_}) values->resize(padded);
   for (std::size_t k = count_; k < padded; ++k) {
     x_[k] = y_[k] = 0.0;
     z_[k] = 1e6;
+    together_[k] = 1.0;
   }
   for (auto* values : {&sine_, &residual_, &scale_, &variance_, &weight_}) values->resize(padded);
   for (std::size_t i = 0; i < padded; ++i) {
     sine_[i] = std::fabs(z_[i]) / std::sqrt((x_[i] * x_[i] + y_[i] * y_[i]) + z_[i] * z_[i]);
   }
-}
-
-/// How many returns share each one's cell: its height above the plane is common to them.
-void FloorFitter::countTogether() {
-  cell_.resize(count_);
-  cellsOf(x_.data(), y_.data(), count_, cell_.data());
-  together_.assign(x_.size(), 1.0);
-  countInCells(together_.data());
 }
 
 SMOKE_GROUND_MULTIVERSION
@@ -392,32 +403,27 @@ void FloorFitter::residuals(const Plane& plane) {
 SMOKE_GROUND_MULTIVERSION
 FloorFitter::Step FloorFitter::reweighted(double sensor_height) {
   enum { kS, kX, kY, kZ, kXx, kXy, kXz, kYy, kYz, kSums };
-  std::array<std::array<double, kSumLanes>, kSums> sums{};
+  std::array<FourDoubles, kSums> sums{};
   for (std::size_t i = 0; i < x_.size(); i += kSumLanes) {
-    for (std::size_t lane = 0; lane < kSumLanes; ++lane) {
-      const std::size_t k = i + lane;
-      const double u = residual_[k] / (kTukey * scale_[k]);
-      const double rest = 1.0 - u * u;
-      const double weight = std::fabs(u) < 1.0 ? rest * rest : 0.0;
-      weight_[k] = weight;
-      const double inverse = weight / variance_[k];
-      const double wx = inverse * x_[k];
-      const double wy = inverse * y_[k];
-      sums[kS][lane] += inverse;
-      sums[kX][lane] += wx;
-      sums[kY][lane] += wy;
-      sums[kZ][lane] += inverse * z_[k];
-      sums[kXx][lane] += wx * x_[k];
-      sums[kXy][lane] += wx * y_[k];
-      sums[kXz][lane] += wx * z_[k];
-      sums[kYy][lane] += wy * y_[k];
-      sums[kYz][lane] += wy * z_[k];
-    }
+    const FourDoubles x = loadFour(&x_[i]), y = loadFour(&y_[i]), z = loadFour(&z_[i]);
+    const FourDoubles u = loadFour(&residual_[i]) / (kTukey * loadFour(&scale_[i]));
+    const FourDoubles rest = 1.0 - u * u;
+    const FourDoubles weight = (u > -1.0) & (u < 1.0) ? rest * rest : FourDoubles{};
+    std::memcpy(&weight_[i], &weight, sizeof(weight));
+    const FourDoubles inverse = weight / loadFour(&variance_[i]);
+    const FourDoubles wx = inverse * x, wy = inverse * y;
+    sums[kS] += inverse;
+    sums[kX] += wx;
+    sums[kY] += wy;
+    sums[kZ] += inverse * z;
+    sums[kXx] += wx * x;
+    sums[kXy] += wx * y;
+    sums[kXz] += wx * z;
+    sums[kYy] += wy * y;
+    sums[kYz] += wy * z;
   }
   std::array<double, kSums> s{};
-  for (std::size_t k = 0; k < kSums; ++k) {
-    s[k] = (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]);
-  }
+  for (std::size_t k = 0; k < kSums; ++k) s[k] = sumOf(sums[k]);
   const double slope = 1.0 / (kPriorSlope * kPriorSlope);
   const double height = 1.0 / (kPriorHeight * kPriorHeight);
   const Matrix3 covariance = symmetricInverse(
@@ -426,65 +432,79 @@ FloorFitter::Step FloorFitter::reweighted(double sensor_height) {
   return {{plane[0], plane[1], plane[2]}, covariance};
 }
 
+/// Steps of the histograms in which sines and residuals fall; none of residuals beyond three of the
+/// scales of the step before.
+SMOKE_GROUND_MULTIVERSION
+void FloorFitter::findSteps() {
+  constexpr int kLast = Histogram::kSteps - 1;
+  for (auto* values : {&sine_step_, &length_step_}) values->resize(residual_.size());
+  const double *const residual = residual_.data(), *const scale = scale_.data();
+  const double* const sine = sine_.data();
+  std::int32_t *const sine_step = sine_step_.data(), *const length_step = length_step_.data();
+  for (std::size_t i = 0; i < residual_.size(); ++i) {
+    const double length = std::fabs(residual[i]);
+    const bool is_near = length < kTukey * std::max(scale[i], kScales.back());
+    const int of_length = static_cast<int>((is_near ? length : 0.0) * kLengths);
+    const int of_sine = static_cast<int>(sine[i] * kSines);
+    length_step[i] = is_near ? std::min(of_length, kLast) : Histogram::kNone;
+    sine_step[i] = is_near ? std::min(of_sine, kLast) : Histogram::kNone;
+  }
+}
+
 /// A height's variance is (noise sine)^2 + unevenness^2; the medians of the steeper and of the
 /// flatter half of the returns tell both. Residuals beyond three of the scales of the step before
 /// tell nothing.
 void FloorFitter::tellNoise(double* noise, double* uneven) {
   *noise = kNoiseLeast;
   *uneven = kUneven;
-  const auto is_near = [this](std::size_t i) {
-    return std::fabs(residual_[i]) < kTukey * std::max(scale_[i], kScales.back());
-  };
-  Histogram sines(kSines);
-  for (std::size_t i = 0; i < count_; ++i) {
-    if (is_near(i)) sines.add(sine_[i]);
-  }
+  findSteps();
+  Histogram sines;
+  for (std::size_t i = 0; i < count_; ++i) sines.add(sine_step_[i]);
   if (static_cast<double>(sines.total()) < kFewest) return;
-  const double middle = sines.median();
-  std::array<Histogram, 2> lengths = {Histogram(kLengths), Histogram(kLengths)};
-  std::array<Histogram, 2> halves = {Histogram(kSines), Histogram(kSines)};
+  const double middle = sines.median(kSines);
+  std::array<Histogram, 2> lengths, halves;
   for (std::size_t i = 0; i < count_; ++i) {
-    if (!is_near(i)) continue;
     const std::size_t half = sine_[i] >= middle ? 0 : 1;
-    lengths[half].add(std::fabs(residual_[i]));
-    halves[half].add(sine_[i]);
+    lengths[half].add(length_step_[i]);
+    halves[half].add(sine_step_[i]);
   }
   if (lengths[0].total() == 0 || lengths[1].total() == 0) return;
-  const double high = kMad * lengths[0].median();
-  const double low = kMad * lengths[1].median();
-  const double steeper = halves[0].median() * halves[0].median();
-  const double flatter = halves[1].median() * halves[1].median();
+  const double high = kMad * lengths[0].median(kLengths);
+  const double low = kMad * lengths[1].median(kLengths);
+  const double steepest = halves[0].median(kSines), flattest = halves[1].median(kSines);
+  const double steeper = steepest * steepest, flatter = flattest * flattest;
   const double slope = (high * high - low * low) / std::max(steeper - flatter, 1e-6);
   *noise = std::sqrt(std::min(std::max(slope, kNoiseLeast * kNoiseLeast), kNoiseMost * kNoiseMost));
   const double rest = low * low - *noise * *noise * flatter;
   *uneven = std::sqrt(std::max(rest, kUneven * kUneven));
 }
 
+SMOKE_GROUND_MULTIVERSION
 double FloorFitter::totalWeight() const {
-  OrderedSum sum;
-  for (const double weight : weight_) sum.add(weight);
-  return sum.value();
+  FourDoubles sum{};
+  for (std::size_t i = 0; i < weight_.size(); i += kSumLanes) sum += loadFour(&weight_[i]);
+  return sumOf(sum);
 }
 
 /// Two sigma of the returns' spread in the direction in which they spread least [m].
+SMOKE_GROUND_MULTIVERSION
 double FloorFitter::width(double total) const {
-  OrderedSum sum_x, sum_y;
-  for (std::size_t i = 0; i < count_; ++i) {
-    sum_x.add(weight_[i] * x_[i]);
-    sum_y.add(weight_[i] * y_[i]);
+  FourDoubles sum_x{}, sum_y{};
+  for (std::size_t i = 0; i < weight_.size(); i += kSumLanes) {
+    sum_x += loadFour(&weight_[i]) * loadFour(&x_[i]);
+    sum_y += loadFour(&weight_[i]) * loadFour(&y_[i]);
   }
-  const double mean_x = sum_x.value() / total;
-  const double mean_y = sum_y.value() / total;
-  OrderedSum xx, xy, yy;
-  for (std::size_t i = 0; i < count_; ++i) {
-    const double x = x_[i] - mean_x;
-    const double y = y_[i] - mean_y;
-    xx.add(weight_[i] * x * x);
-    xy.add(weight_[i] * x * y);
-    yy.add(weight_[i] * y * y);
+  const double mean_x = sumOf(sum_x) / total;
+  const double mean_y = sumOf(sum_y) / total;
+  FourDoubles xx{}, xy{}, yy{};
+  for (std::size_t i = 0; i < weight_.size(); i += kSumLanes) {
+    const FourDoubles weight = loadFour(&weight_[i]);
+    const FourDoubles x = loadFour(&x_[i]) - mean_x, y = loadFour(&y_[i]) - mean_y;
+    xx += weight * x * x;
+    xy += weight * x * y;
+    yy += weight * y * y;
   }
-  const double spread =
-      leastAxis(xx.value() / total, xy.value() / total, yy.value() / total).spread;
+  const double spread = leastAxis(sumOf(xx) / total, sumOf(xy) / total, sumOf(yy) / total).spread;
   return 2.0 * std::sqrt(std::max(0.0, spread));
 }
 

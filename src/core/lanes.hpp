@@ -25,6 +25,9 @@ using Bytes = std::int8_t __attribute__((vector_size(kLanes)));
 constexpr std::uint32_t kManyLanes = 16;
 using ManyShorts = std::int16_t __attribute__((vector_size(2 * kManyLanes)));
 
+/// Four numbers of double precision: AVX's, or two of SSE's or NEON's.
+using FourDoubles = double __attribute__((vector_size(32)));
+
 /// What SSE and NEON work on at once; of any processor.
 using FourFloats = float __attribute__((vector_size(16)));
 using FourInts = std::int32_t __attribute__((vector_size(16)));
@@ -53,6 +56,12 @@ SMOKE_GROUND_PART Floats loadLanes(const float* from) {
   Floats lanes;
   std::memcpy(&lanes, from, sizeof(lanes));
   return lanes;
+}
+
+SMOKE_GROUND_PART FourDoubles loadFour(const double* from) {
+  FourDoubles four;
+  std::memcpy(&four, from, sizeof(four));
+  return four;
 }
 
 SMOKE_GROUND_PART bool isNone(const FourInts& lanes) {

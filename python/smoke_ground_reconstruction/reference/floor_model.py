@@ -17,16 +17,18 @@ from .ordered import least_axis, ordered_sum, symmetric_inverse, times
 from .sample import sample
 
 _NEAREST, _FARTHEST = np.float32(0.3), np.float32(15.0)  # planar range of the returns that vote [m]
-_VOTES = 1500  # returns, at least, that take part in the search of the tilt
-_FIRST_VOTES = 200  # ... in that among all tilts
-_FITTED = 2500  # ... in the fit
+_FITTED = 2500  # returns, at least, that stand for all low ones
+_FIRST_VOTES = 200  # ... of these, in the search among all tilts
+_TILT_STEP = 2  # [deg]
 _SLOTS_PER_METRE = 100.0  # of heights that are voted for
 _CELL = 0.1  # and each cell of the floor has about one vote [m]
 _VOTE = 1024.0  # a cell with one return
 _PRIOR_SLOPE = 0.0524  # one sigma of the prior: 3 deg
 _PRIOR_HEIGHT = 0.05
 _SCALES = (0.05, 0.03, 0.02)  # of the residuals, coarse to fine, before those of the noise [m]
-_STEPS = 4  # of reweighting by the noise
+_STEPS = 4  # of reweighting by the noise, at most
+_STILL = 2e-4  # ... and none once the plane moves less, [m] and over _STILL_WITHIN
+_STILL_WITHIN = 5.0  # [m]
 _TAKEN = 0.25  # residuals from the winner of the votes that the fit looks at [m]
 _TUKEY = 3.0  # residuals beyond so many scales have no weight
 _UNEVEN = 0.003  # no floor is flatter, one sigma [m]
@@ -124,7 +126,7 @@ def fit_floor(xyz, sensor_height, before=None, params=None):
     params = params or RoomBoundaryParams()
     low = _low_returns(xyz, sensor_height, params)
     if len(low) >= _FEWEST:
-        plane = _coarse(low, sensor_height, params)
+        plane = _coarse(low[sample(len(low), _FITTED)], sensor_height, params)
         found = _refined_by_some(low, plane, sensor_height, params)
         if found is not None and found.uneven > _ROUGH:
             found = _nearer(low, found, sensor_height, params)
@@ -159,21 +161,18 @@ def _coarse(low, sensor_height, params):
 
     Some of the votes tell which tilt about, all of them which of those beside it.
     """
-    low = low[sample(len(low), _VOTES)]
-    cell = np.floor(low[:, :2] / _CELL).astype(np.int64)
-    _, of, count = np.unique(cell_numbers(cell), return_inverse=True, return_counts=True)
-    vote = np.floor(_VOTE / np.sqrt(count[of]) + 0.5)
+    vote = np.floor(_VOTE / np.sqrt(_together(low)) + 0.5)
     bound, steepest = params.max_height_deviation, params.max_floor_tilt_deg
     # In single precision: slots are 10 mm high.
     x, y, z = low.astype(np.float32).T
     votes = np.stack([x, y, (z + np.float32(sensor_height)) + np.float32(bound)]), vote
     slots = math.floor(2.0 * bound * _SLOTS_PER_METRE + 0.5)
     some = sample(len(low), _FIRST_VOTES)
-    tilts = range(-steepest, steepest + 1)
-    tilt, slot = _strongest_tilt(*(values[..., some] for values in votes), slots, tilts, tilts)
-    if len(some) < len(low):
-        beside = (range(max(-steepest, t - 1), min(steepest, t + 1) + 1) for t in tilt)
-        tilt, slot = _strongest_tilt(*votes, slots, *beside)
+    even = steepest // _TILT_STEP * _TILT_STEP
+    about = range(-even, even + 1, _TILT_STEP)
+    tilt, _ = _strongest_tilt(*(values[..., some] for values in votes), slots, about, about)
+    beside = (range(max(-steepest, t - 1), min(steepest, t + 1) + 1) for t in tilt)
+    tilt, slot = _strongest_tilt(*votes, slots, *beside)
     height = -sensor_height - bound + (slot + 0.5) / _SLOTS_PER_METRE
     return np.array([*map(_slope, tilt), height])
 
@@ -218,10 +217,10 @@ def _refined(low, plane, sensor_height, params):
     A range's noise lifts a return by noise times the sine of the grazing angle: far returns tell
     heights best, and what lies a little above the floor there (wall feet) is told from it.
     """
-    low = low[np.abs(_residuals(low, plane)) < _TAKEN]
+    near = np.abs(_residuals(low, plane)) < _TAKEN
+    together, low = _together(low)[near], low[near]
     x, y, z = low.T
     sine = np.abs(z) / np.sqrt((x * x + y * y) + z * z)
-    together = _together(low)
     for scale in _SCALES:
         scale = np.full(len(low), scale)
         plane, _, _ = _reweighted(low, plane, scale, scale * scale * together, sensor_height)
@@ -230,7 +229,11 @@ def _refined(low, plane, sensor_height, params):
         lift = noise * sine
         scale = np.sqrt(lift * lift + uneven * uneven)
         variance = lift * lift + (uneven * uneven) * together
+        before = plane
         plane, weight, covariance = _reweighted(low, plane, scale, variance, sensor_height)
+        moved = np.abs(plane - before)
+        if max(_STILL_WITHIN * max(moved[0], moved[1]), moved[2]) < _STILL:
+            break
     total = ordered_sum(weight)
     if total < _FEWEST or _width(low, weight, total) < _NARROWEST:
         return None
