@@ -43,7 +43,7 @@ constexpr double kSlotsPerSlope = 128.0;
 // would have ten of these [m^3].
 constexpr double kThinned = 1.2e-3;
 constexpr std::size_t kPairs = 64;
-constexpr std::size_t kLookedAt = 8000;   // returns, at least, that tell the highest beam
+constexpr std::size_t kLookedAt = 4000;   // returns, at least, that tell the highest beam
 constexpr std::size_t kStrengths = 1000;  // returns of floor, at least, if there are as many
 constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above the highest beam
 

@@ -39,7 +39,7 @@ _FLOOR_RANGE = 2.5  # [m]
 _PLUMB = 0.99998629  # floors tilted by less than 0.3 deg (its cosine) are taken as level
 _WALL_LIGHTS = 2000  # returns of walls, at least, that tell the smoke
 _SLOPE_SLOTS, _SLOTS_PER_SLOPE = 2048, 128.0
-_LOOKED_AT = 8000  # returns, at least, that tell the highest beam
+_LOOKED_AT = 4000  # returns, at least, that tell the highest beam
 # Returns are thinned out to the cube root of this times the floor's returns: where a cell of 0.2 m
 # would have ten of these [m^3].
 _THINNED = 1.2e-3
