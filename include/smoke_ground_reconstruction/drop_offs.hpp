@@ -29,7 +29,7 @@ struct DropOffs {
 
 /// What may be floor, and how well returns tell where it ends.
 struct DropTolerances {
-  static constexpr double kDepthSlope = 0.015;  ///< a return so much deeper per metre is no floor
+  static constexpr double kDepthSlope = 0.005;  ///< and per metre: a plane off by 0.3 deg
 
   double depth = 0.04;  ///< a return so far below the floor beneath the sensor is none of it [m]
   double lift = 0.0;    ///< ... if noise does not lower it, by so much times the range [m2]

@@ -14,7 +14,7 @@ from .predicates import Direction
 _EDGE = 0.02  # measured floor ends this far before the edge for certain, usually [m]
 _PLACE = 0.03  # tolerance of a return's place against an edge, usually [m]
 _DEPTH = 0.04  # a return so far below a level floor is none of it [m]
-_DEPTH_SLOPE = 0.015  # a return so much deeper below the floor per metre is none of it
+_DEPTH_SLOPE = 0.005  # and so much more per metre: a plane off by 0.3 deg
 ACROSS = 0.15  # least cosine between a column and the normal of an edge
 
 _ANGLES, _STEP_DEG = 180, 2.0  # of an edge's normal, coarse search
