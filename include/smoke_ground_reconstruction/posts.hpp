@@ -40,7 +40,8 @@ struct WallReturns {
   std::size_t size() const { return index.size(); }
   /// The first of a column that may lie in a window of planar range.
   std::size_t firstIn(std::size_t of_column, const RangeWindow& window) const;
-  /// The key of the last that may.
+  /// The keys of the first and the last that may.
+  static std::uint32_t firstKeyIn(std::size_t of_column, const RangeWindow& window);
   static std::uint32_t lastKeyIn(std::size_t of_column, const RangeWindow& window);
   /// Takes the `chosen` of some returns, which must stay. O(n).
   void take(const UprightReturns& returns, const std::vector<std::uint32_t>& chosen,

@@ -44,9 +44,14 @@ class WallSupport;
 /// Where in each column the returns within some distance of lines can lie. Keeps its buffers.
 class LineWindows {
  public:
-  void find(const Lines& lines, const ColumnDirections& directions, double half);
+  /// \param sure  a distance, no larger than `half`, of which surelyIn() tells.
+  void find(const Lines& lines, const ColumnDirections& directions, double half, double sure);
   RangeWindow of(std::size_t line, std::size_t column) const {
     return {lowest_[line * columns_ + column], highest_[line * columns_ + column]};
+  }
+  /// The part of a window in which all of a column's returns lie within the sure distance.
+  RangeWindow surelyIn(const RangeWindow& window, std::size_t line) const {
+    return {window.highest * sure_[line].lowest, window.lowest * sure_[line].highest};
   }
   /// Where the nearest window of each column begins [m], of lines that are seen in some column near
   /// by; infinite where there is none.
@@ -58,6 +63,7 @@ class LineWindows {
 
   std::size_t columns_ = 0;
   std::vector<float> lowest_, highest_;  // by line and column
+  std::vector<RangeWindow> sure_;        // by line, in parts of a window's other end
   std::vector<double> ahead_;            // cosines between a line's normal and the columns' edges
 };
 

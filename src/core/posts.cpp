@@ -164,8 +164,12 @@ void WallReturns::take(const UprightReturns& returns, const std::vector<std::uin
 std::size_t WallReturns::firstIn(std::size_t of_column, const RangeWindow& window) const {
   const auto begin = key.begin() + column_begin[of_column];
   const auto end = key.begin() + column_begin[of_column + 1];
-  const std::uint32_t lowest = keyOf(of_column, window.lowest);
+  const std::uint32_t lowest = firstKeyIn(of_column, window);
   return static_cast<std::size_t>(std::lower_bound(begin, end, lowest) - key.begin());
+}
+
+std::uint32_t WallReturns::firstKeyIn(std::size_t of_column, const RangeWindow& window) {
+  return keyOf(of_column, window.lowest);
 }
 
 std::uint32_t WallReturns::lastKeyIn(std::size_t of_column, const RangeWindow& window) {

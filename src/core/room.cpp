@@ -48,18 +48,27 @@ constexpr std::size_t kStrengths = 1000;  // returns of floor, at least, if ther
 constexpr std::size_t kSteeper = 1000;    // one return in so many may lie above the highest beam
 
 /// Appends the returns of a column that stand on a line, by their number in the scan; returns the
-/// list's end.
+/// list's end. Most lie where all do.
 std::uint32_t* listNear(const WallReturns& returns, const Line& line, std::size_t column,
-                        const RangeWindow& window, double half, std::uint32_t* end) {
+                        const RangeWindow& window, const RangeWindow& sure, double half,
+                        std::uint32_t* end) {
+  if (window.isEmpty()) return end;
   const std::uint32_t *const key = returns.key.data(), *const index = returns.index.data();
   const float *const x = returns.of->points->x.data(), *const y = returns.of->points->y.data();
   const std::size_t column_end = returns.column_begin[column + 1];
   const std::uint32_t last = WallReturns::lastKeyIn(column, window);
+  const std::uint32_t last_before = std::min(last, WallReturns::firstKeyIn(column, sure));
+  const std::uint32_t first_after = std::min(last, WallReturns::lastKeyIn(column, sure));
   std::size_t k = returns.firstIn(column, window);
-  for (; k < column_end && key[k] <= last; ++k) {
-    *end = index[k];
-    end += line.distance(x[index[k]], y[index[k]]) < half ? 1 : 0;
-  }
+  const auto look_up_to = [&](std::uint32_t last_key) {
+    for (; k < column_end && key[k] <= last_key; ++k) {
+      *end = index[k];
+      end += line.distance(x[index[k]], y[index[k]]) < half ? 1 : 0;
+    }
+  };
+  look_up_to(last_before);
+  for (; k < column_end && key[k] < first_after; ++k) *end++ = index[k];
+  look_up_to(last);
   return end;
 }
 
@@ -356,7 +365,7 @@ void Room::fitRamp() {
 
 /// How far floor and ceiling are measured; marks the feet of walls.
 void Room::findSeen(const ColumnDirections& directions) {
-  windows_.find(lines_, directions, kWallFoot * widening_);
+  windows_.find(lines_, directions, kWallFoot * widening_, kWallFoot * widening_);
   windows_.findNearest(support_, &nearest_foot_);
   farthest_.clear(bins_.count());
   farthest_.addAll(low_, returns_, [this](std::uint32_t i) {
@@ -579,8 +588,9 @@ void Room::findOnWalls() {
   for (std::size_t c = 0; c < profile_.columns(); ++c) {
     if (profile_.line[c] < 0) continue;
     const auto line = static_cast<std::size_t>(profile_.line[c]);
-    on_wall = listNear(wall_returns_, lines_[line], c, windows_.of(line, c), kWallFoot * widening_,
-                       on_wall);
+    const RangeWindow window = windows_.of(line, c);
+    on_wall = listNear(wall_returns_, lines_[line], c, window, windows_.surelyIn(window, line),
+                       kWallFoot * widening_, on_wall);
   }
   on_walls_.resize(static_cast<std::size_t>(on_wall - on_walls_.data()));
 }

@@ -122,12 +122,24 @@ void Lines::reach(std::size_t line, const std::vector<Direction>& directions, do
   }
 }
 
-void LineWindows::find(const Lines& lines, const ColumnDirections& directions, double half) {
+/// With c the cosine between a line's normal and a direction, returns in that direction lie within
+/// some distance d of the line from (rho - d) / c to (rho + d) / c. So a window reaches from
+/// (rho - half) / most to (rho + half) / least, and what is sure from (rho - sure) / least to
+/// (rho + sure) / most.
+void LineWindows::find(const Lines& lines, const ColumnDirections& directions, double half,
+                       double sure) {
   columns_ = directions.count();
   ahead_.resize(columns_ + 1);
   lowest_.resize(lines.size() * columns_);
   highest_.resize(lowest_.size());
-  for (std::size_t line = 0; line < lines.size(); ++line) findOf(lines, line, directions, half);
+  sure_.assign(lines.size(), {std::numeric_limits<float>::max(), 0.0F});
+  for (std::size_t line = 0; line < lines.size(); ++line) {
+    findOf(lines, line, directions, half);
+    const double rho = lines.rho[line];
+    if (!(rho > half)) continue;
+    sure_[line] = {static_cast<float>((rho - sure) / (rho + half)),
+                   static_cast<float>((rho + sure) / (rho - half))};
+  }
 }
 
 SMOKE_GROUND_MULTIVERSION
@@ -388,7 +400,7 @@ void WallSupport::find(const WallReturns& returns, const Lines& lines,
   reach_.resize(lines_ * columns_);
   nx_ = lines.nx;
   ny_ = lines.ny;
-  windows_.find(lines, directions, kAround * half_);
+  windows_.find(lines, directions, kAround * half_, half_);
   for (std::size_t line = 0; line < lines_; ++line) {
     lines.reach(line, directions.middle, &reach_[line * columns_]);
     countReturns(returns, lines[line], line);
