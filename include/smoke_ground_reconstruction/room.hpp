@@ -145,8 +145,9 @@ class Room {
   const std::vector<double>& seenFloor() const { return seen_floor_; }
   /// How far floor is measured in each column [m], 0 where too little is.
   const std::vector<double>& ownFloor() const { return own_floor_; }
-  /// How far something is seen low down in each column [m], 0 where the boundary tells enough.
-  const std::vector<double>& standing() const { return standing_; }
+  /// How far something is seen right above the floor in each column [m], 0 where the boundary tells
+  /// enough.
+  const std::vector<double>& standingLow() const { return standing_low_; }
   /// How far floor may be claimed in each column though smoke may hide a drop [m].
   const std::vector<double>& certainFloor() const { return certain_floor_; }
   /// How far the floor may stray from its plane per metre away from where it is measured [m]. Smoke
@@ -222,7 +223,7 @@ class Room {
   WallRampFinder ramp_finder_;
   ProfileFinder profile_finder_;
   Profile profile_;
-  FarthestReturns farthest_;
+  FarthestReturns farthest_, farthest_low_;
   DropOffReturns drop_returns_;
   WallFeet wall_feet_;
   DropOffFinder drop_finder_;
@@ -231,7 +232,7 @@ class Room {
   CertainFloor certain_finder_;
   std::vector<std::uint32_t> low_wall_;  // returns per column
   std::vector<double> seen_floor_, level_floor_, seen_ceiling_, beyond_, own_floor_, certain_floor_,
-      rising_, standing_, standing_beside_;
+      rising_, standing_, standing_low_;
   std::vector<std::array<double, 2>> wall_normals_;
   std::vector<ReliefPlace> on_floor_, wall_places_;  // that may tell how a ramp rises
   std::vector<std::uint32_t> slope_counts_;

@@ -11,6 +11,7 @@ namespace smoke_ground_reconstruction {
 struct WallFeet {
   static constexpr double kLowest = 0.1;    ///< heights of a wall's foot [m]
   static constexpr double kHighest = 0.75;  ///< no higher than relief and level cells look
+  static constexpr double kUpTo = 0.35;     ///< what stands so low down stands on a floor [m]
   static constexpr double kSteepest = 0.1;  ///< it is no higher than this, per metre of range
   static constexpr double kOffWall = 0.1;   ///< and no farther before or behind the wall [m]
 

@@ -224,7 +224,7 @@ const FloorClaim& FloorCompletion::claim(const Room& room) {
     const double distance = room.profile().distance[c];
     // What stands stands on a floor.
     const double open_end =
-        std::max({room.seenFloor()[c], room.drops().floor_to[c], room.standing()[c]});
+        std::max({room.seenFloor()[c], room.drops().floor_to[c], room.standingLow()[c]});
     limit[c] = distance > 0.0 ? std::max(0.0, distance - kAtWall) : open_end;
     limit[c] = std::min(limit[c], room.certainFloor()[c]);
   }

@@ -29,8 +29,7 @@ constexpr double kFeetShare = 0.2;     // of a plane's returns at walls: more th
 constexpr double kUnderPlane = 0.005;  // walls end at the floor: returns so far below a plane [m]
 constexpr double kUnderShare = 0.05;   // are few of those near it where it is one
 constexpr double kPostFoot = 0.06;  // planar range between a post and the returns at its place [m]
-constexpr std::size_t kPostsBeside = 2;     // columns
-constexpr std::size_t kStandingBeside = 2;  // columns to either side, into which no doubt reaches
+constexpr std::size_t kPostsBeside = 2;  // columns
 constexpr double kBelowCeiling = 0.05;
 constexpr double kWallFoot = 0.05;         // returns so near to a wall's line may be its foot [m]
 constexpr double kSoftRange = 1.5;         // smoke's own returns come from nearer [m]
@@ -523,13 +522,12 @@ double Room::flatness() const {
 void Room::findCertainFloor() {
   if (!CertainFloor::isInDoubt(profile_.distance, drops_)) {
     certain_floor_.assign(own_floor_.size(), kInfinity);
-    standing_.assign(own_floor_.size(), 0.0);
+    standing_low_.assign(own_floor_.size(), 0.0);
     return;
   }
   findRising();
   findStanding();
-  greatestBeside(standing_, kStandingBeside, &standing_beside_);
-  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, standing_beside_, rising_,
+  certain_finder_.find(own_floor_, profile_.distance, drops_, low_wall_, standing_, rising_,
                        &certain_floor_);
 }
 
@@ -537,14 +535,18 @@ void Room::findCertainFloor() {
 void Room::findStanding() {
   low_wall_.assign(bins_.count(), 0);
   farthest_.clear(bins_.count());
+  farthest_low_.clear(bins_.count());
   for (const std::uint32_t i : near()) {
     if (!isLowDown(i)) continue;
     const std::size_t c = column(i);
     const double beyond = planar(i) - profile_.distance[c];
     low_wall_[c] += std::fabs(beyond) < WallFeet::kOffWall ? 1U : 0U;
-    if (profile_.distance[c] == 0.0 || beyond < WallFeet::kOffWall) farthest_.add(c, planar(i));
+    if (profile_.distance[c] != 0.0 && !(beyond < WallFeet::kOffWall)) continue;
+    farthest_.add(c, planar(i));
+    if (returns_.height[i] < WallFeet::kUpTo) farthest_low_.add(c, planar(i));
   }
-  farthest_.find(0, &standing_);
+  farthest_.find(2, &standing_);
+  farthest_low_.find(0, &standing_low_);
 }
 
 /// How far floor is measured that lies clear over the plane.

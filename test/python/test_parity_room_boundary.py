@@ -148,7 +148,7 @@ def test_rooms_half_hidden(core):
 
 
 def test_what_stands_in_smoke(core):
-    found = assert_parity(core, rooms.standing_in_smoke(box(), [0.2, 0.4, 0.6, 0.3]))
+    found = assert_parity(core, rooms.standing_in_smoke(box(), [0.2, 0.3, 0.25, 0.3, 0.6]))
     assert found.limit[450] > 2.5
 
 

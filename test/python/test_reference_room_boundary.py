@@ -815,10 +815,10 @@ def test_floor_goes_on_through_smoke_to_what_is_seen_low_down():
     measured = reconstruct(rooms.thick_smoke(room_scan())).limit[449:452]
     assert 1.3 < measured.max() <= 1.6
     # The third farthest return tells, in its own column: the next ones may look past it.
-    np.testing.assert_allclose(limit(0.2, 0.4, 0.6), [measured[0], 2.5, measured[2]], atol=1e-6)
-    np.testing.assert_allclose(limit(0.2, 0.4, 0.6, 0.3)[1], 2.6, atol=1e-6)
-    # Two returns are too few, and what is higher than 0.75 m may hang, or stand lower.
-    for others in ((0.2, 0.4), (0.2, 0.4, 0.8), (1.0, 1.2, 1.4)):
+    np.testing.assert_allclose(limit(0.2, 0.3, 0.25), [measured[0], 2.5, measured[2]], atol=1e-6)
+    np.testing.assert_allclose(limit(0.2, 0.3, 0.25, 0.3)[1], 2.6, atol=1e-6)
+    # Two returns are too few, and what is higher than 0.35 m may stand lower.
+    for others in ((0.2, 0.3), (0.2, 0.3, 0.4), (1.0, 1.2, 1.4)):
         np.testing.assert_array_equal(limit(*others), measured)
 
 

@@ -64,7 +64,7 @@ def claim_floor(room):
     """How far the floor of a room is claimed, and which returns are floor."""
     distance = room.profile.distance
     # What stands stands on a floor.
-    open_end = np.maximum(np.maximum(room.seen_floor, room.drops.floor_to), room.standing)
+    open_end = np.maximum(np.maximum(room.seen_floor, room.drops.floor_to), room.standing_low)
     limit = np.where(distance > 0.0, np.maximum(0.0, distance - _AT_WALL), open_end)
     limit = np.minimum(limit, room.certain_floor)
     measured = _measured(room, limit)

@@ -32,7 +32,6 @@ _UNDER_SHARE = 0.05  # are few of those near it where it is one
 _POSTS_BESIDE = 2  # columns
 _NEAREST_WALL, _FARTHEST_WALL = 0.2, 65.0  # planar range [m]
 _BELOW_CEILING = 0.05
-_STANDING_BESIDE = 2  # columns to either side, into which doubt does not reach
 _WALL_FOOT = 0.05  # returns so near to a wall's line may be its foot [m]
 _SOFT_RANGE = 1.5  # smoke's own returns come from nearer [m]
 _FLOOR_RANGE = 2.5  # [m]
@@ -191,10 +190,11 @@ class Room:
             self.seen_floor = np.maximum(self.seen_floor, ceiling - BEYOND)
         low_wall = np.bincount(self.column[self._low_on_walls()], minlength=self.columns)
         rises = self.farthest(self.is_low & self._rises(), beside=0) > 0.0
-        self.standing = self._standing()
-        stands = around_columns(self.standing, _STANDING_BESIDE, np.max)
+        stands = self._stands()
+        self.standing_low = self.farthest(stands & (self.height < wall_feet.UP_TO), beside=0)
+        standing = self.farthest(stands)
         self.certain_floor = certain_floor(
-            self.own_floor, self.profile.distance, self.drops, low_wall, stands, rises
+            self.own_floor, self.profile.distance, self.drops, low_wall, standing, rises
         )
 
     def _see_floor(self, support):
@@ -347,11 +347,11 @@ class Room:
         low = (self.height > wall_feet.LOWEST) & (self.height < wall_feet.HIGHEST)
         return low & ~self.is_soft
 
-    def _standing(self):
-        """How far something that stands in the room is seen low down in each column alone [m]."""
+    def _stands(self):
+        """Which returns, low down, are of something that stands in the room."""
         distance = self.profile.distance[self.column]
         inside = (distance == 0.0) | (self.planar - distance < wall_feet.OFF_WALL)
-        return self.farthest(self._low_down() & inside, beside=0)
+        return self._low_down() & inside
 
     def _wall_feet(self):
         distance = self.profile.distance[self.column]

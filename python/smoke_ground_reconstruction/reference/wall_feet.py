@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LOWEST, HIGHEST = 0.1, 0.75  # heights of a wall's foot [m]
+UP_TO = 0.35  # what stands so low down stands on a floor [m]
 STEEPEST = 0.1  # it is no higher than this, per metre of range
 OFF_WALL = 0.1  # and no farther before or behind the wall [m]
 
