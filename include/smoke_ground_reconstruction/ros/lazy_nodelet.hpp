@@ -71,9 +71,6 @@ class LazyNodelet : public nodelet::Nodelet {
   /// Warns of a fault, by the nodelet's name, where FaultLog has it for news.
   void warn(const std::string& fault);
 
-  /// ~input by the name it has outside.
-  const std::string& inputTopic() const { return input_topic_; }
-
   /// Warns once in the life of the nodelet that rings had to be derived.
   void warnOfDerivedRings(const sensor_msgs::PointCloud2& cloud);
 
@@ -104,7 +101,7 @@ class LazyNodelet : public nodelet::Nodelet {
   StageHealth health_;
   std::mutex faults_mutex_;
   FaultLog faults_;
-  std::string input_topic_;
+  std::string input_topic_;  // what ~input is called outside
   std::unique_ptr<diagnostic_updater::Updater> diagnostics_;
   ros::WallTimer diagnostics_timer_;
   ros::Publisher timing_pub_;
